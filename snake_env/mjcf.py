@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
@@ -34,6 +35,8 @@ IMPRATIO, TOLERANCE, CONTACT_STEPS = 1e3, 1e-12, 7.0
 """Hardness of friction over that of the normal contact, tolerance of the solver, and time constant of contacts [steps].
 
 Robots that friction holds hardly creep with them; contacts of a few steps rattle loose near the limit of friction."""
+UNREACHED = 1e3
+"""Angle in place of an infinite limit to one side [rad]."""
 SOLID, LINK = "1", "2"
 """Collision types: links touch what is solid, and each other."""
 
@@ -70,9 +73,9 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
             _add_obstacle(world, meshes, obstacle, f"{name}_top", (height - LID, height), ground)
     _add_chain(world, robot, place)
     actuators = _add(root, "actuator")
-    for joint in range(1, robot.links):
-        for axis in ("yaw", "pitch"):
-            _add(actuators, "position", name=f"{axis}_{joint}", joint=f"{axis}_{joint}", **_servo(controller))
+    for joint, axis in robot.joint_axes:
+        name = _hinge(joint, axis)["name"]
+        _add(actuators, "position", name=name, joint=name, **_servo(controller))
     key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *posture.ravel()))
     key.set("ctrl", _text(tuple(posture.ravel())))
     ElementTree.indent(root)
@@ -164,14 +167,34 @@ def _add_chain(world: Element, robot: Robot, place: tuple[float, ...]) -> None:
         if i == 0:
             _add(body, "freejoint", name="root")
         else:
-            widest = math.pi / 2 if robot.joint_limit is None else robot.joint_limit
-            limit = {} if math.isinf(widest) else {"range": (-widest, widest), "limited": "true"}
-            for axis, direction in (("yaw", (0, 0, 1)), ("pitch", (0, 1, 0))):
-                _add(body, "joint", name=f"{axis}_{i}", type="hinge", axis=direction, **limit)
+            limit = _limit(robot, i - 1)
+            for joint, axis in robot.joint_axes:
+                if joint == i - 1:
+                    _add(body, "joint", **_hinge(joint, axis), type="hinge", **limit)
         centre = 0.0 if i == 0 else 0.5 * length[i]
         _add(body, "inertial", pos=(centre, 0.0, 0.0), mass=mass[i], diaginertia=(roll[i], inertia[i], inertia[i]))
         ends = (centre - half[i], 0.0, 0.0, centre + half[i], 0.0, 0.0)
         _add(body, "geom", name=f"link_{i + 1}", type="capsule", fromto=ends, size=(radius[i],), **contact)
+
+
+def _limit(robot: Robot, joint: int) -> dict[str, Any]:
+    """Limits of a joint; MuJoCo has none to one side only."""
+    given = robot.joint_limit
+    one: Any = math.pi / 2 if given is None else given[joint] if isinstance(given, Sequence) else given
+    bounds = one if isinstance(one, Sequence) else (-one, one)
+    if all(map(math.isinf, bounds)):
+        return {}
+    return {"range": tuple(max(-UNREACHED, min(bound, UNREACHED)) for bound in bounds), "limited": "true"}
+
+
+_DIRECTIONS = {"yaw": (0, 0, 1), "pitch": (0, 1, 0), "roll": (1, 0, 0)}
+
+
+def _hinge(joint: int, axis: Any) -> dict[str, Any]:
+    """Name and direction of an axis of a joint; vectors count along x, y and z of the link as this package has them."""
+    if isinstance(axis, str):
+        return {"name": f"{axis}_{joint + 1}", "axis": _DIRECTIONS[axis]}
+    return {"name": f"axis_{joint + 1}", "axis": (axis[2], axis[0], axis[1])}
 
 
 def _servo(controller: PD) -> dict[str, Any]:
@@ -183,7 +206,7 @@ def _servo(controller: PD) -> dict[str, Any]:
 def _pose(
     scene: Scene, robot: Robot, start: Start | None, gait: Gait
 ) -> tuple[tuple[float, ...], tuple[float, ...], Array]:
-    """CG and quaternion of link 1, for the chain written here, and angles (n - 1, 2) of the joints, yaw and pitch."""
+    """CG and quaternion of link 1, for the chain written here, and the angles of the joints."""
     given = {} if start is None else {"start": start}
     run = {"model": "spatial", "robot": robot, "scene": scene, "gait": gait, "duration": 1e-6, "sample": 1e-6}
     begin = {name: np.asarray(value)[0] for name, value in simulate(run | given).items() if name in _POSE}

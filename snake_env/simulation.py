@@ -83,7 +83,9 @@ def simulate(
         gait = Gait.of(gait)
     own = gait
     if reference_rate is not None or delay != 0.0 or not _is_section(gait):
-        gait = JointTrajectory.sampled(gait, duration, of_run["robot"].links - 1, reference_rate, delay)
+        chain = of_run["robot"]
+        axes = chain if model == "spatial" and chain.axes != "both" else None
+        gait = JointTrajectory.sampled(gait, duration, chain.links - 1, reference_rate, delay, axes)
     config = {"model": model, "duration": duration, "sample": sample, "seed": seed, "record": _groups(record)}
     sections = {
         **of_run,

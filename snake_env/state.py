@@ -38,7 +38,8 @@ class State:
         link_position: (n, L, 2) CGs of the links [m]; (n, L, 3) in 3D.
         link_velocity: (n, L, 2) their velocities [m/s]; (n, L, 3) in 3D.
         link_angular_velocity: (n, L) [rad/s]; (n, L, 3) in 3D.
-        joint_angle: (n, L - 1) [rad]; (n, L - 1, 2) in 3D, yaw and pitch, which lowers the links behind its joint.
+        joint_angle: (n, L - 1) [rad]; (n, L - 1, 2) in 3D, yaw and pitch, which lowers the links behind its joint;
+            (n, a) of a robot with ``axes`` of its own, see :attr:`snake_env.Robot.joint_axes`.
         joint_rate: of the same shape [rad/s].
         joint_torque: of the same shape, of the actuators in the last integration step, thesis sign [N m].
         contact_force: (n, L, 2) force of the obstacles on each link, averaged over the last control period [N];

@@ -28,7 +28,8 @@ class Trajectory:
         position: (T, n, 2) CGs of the links [m]; (T, n, 3) in the spatial model.
         angle: (T, n) absolute link angles [rad]; in the spatial model the yaw of each centre line, in (-pi, pi].
         joint_angle: (T, n - 1) [rad]; (T, n - 1, 2) in the spatial model, yaw and pitch, which lowers the links behind
-            its joint, other than that of a :class:`snake_env.Start`.
+            its joint, other than that of a :class:`snake_env.Start`; (T, a) where the robot has ``axes`` of its own, as
+            ``axes`` lists them. The same holds of ``joint_torque``, ``joint_rate`` and ``actuator_power``.
         joint_torque: (T, n - 1) actuator torques of the last step [N m]: planar tau_C of (T 3.51), which acts on the
             link before the joint; minimal model tau of (T 7.8), which drives the joint angle up. Spatial model:
             (T, n - 1, 2), tau_C of (T 4.89), yaw and pitch.
@@ -100,6 +101,12 @@ class Trajectory:
     pair_force: Array | None = None
     actuator_power: Array | None = None
     friction_power: Array | None = None
+
+    @property
+    def axes(self) -> list[tuple[int, Any]]:
+        """(joint, axis) of each joint angle, see :attr:`snake_env.Robot.joint_axes`; in the plane all are yaw."""
+        in_plane = self.quaternion is None
+        return [pair for pair in self.robot.joint_axes if not in_plane or pair[1] == "yaw"]
 
     @property
     def misses(self) -> Array:

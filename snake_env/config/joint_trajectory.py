@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from snake_env import _checks
 from snake_env._native import sampled_reference
 from snake_env.config.gait import MOST_JOINTS, Gait
+from snake_env.config.robot import Robot
 from snake_env.errors import ConfigError
 
 Array = NDArray[np.float64]
@@ -41,7 +42,8 @@ class JointTrajectory:
 
     Args:
         time: (T,) increasing times of at least two samples; the run begins at zero [s].
-        angle: (T, joints) angles [rad]; for the spatial model also (T, joints, 2), yaw and pitch.
+        angle: (T, joints) angles [rad]; for the spatial model also (T, joints, 2), yaw and pitch, and for a robot with
+            ``axes`` of its own (T, axes), as :attr:`snake_env.Robot.joint_axes` lists them.
         rate: rates at the samples [rad/s], of the shape of ``angle``; None for those that follow from the angles.
 
     Raises:
@@ -92,7 +94,13 @@ class JointTrajectory:
 
     @classmethod
     def sampled(
-        cls, reference: Any, duration: float, joints: int, update_rate: float | None = None, delay: float = 0.0
+        cls,
+        reference: Any,
+        duration: float,
+        joints: int,
+        update_rate: float | None = None,
+        delay: float = 0.0,
+        robot: Robot | None = None,
     ) -> JointTrajectory:
         """Samples of a reference that comes late, or that joints receive at a low rate only.
 
@@ -103,6 +111,7 @@ class JointTrajectory:
             update_rate: how often the joints receive a sample [Hz]; a cubic leads from each to the next, which takes
                 one interval. None: all the time.
             delay: time from a reference to its arrival [s], >= 0.
+            robot: one with ``axes`` of its own, whose joints take the waves of a gait as in :class:`Robot`.
 
         Raises:
             ConfigError: names the argument that is not admissible.
@@ -115,17 +124,19 @@ class JointTrajectory:
         if intervals > MOST_INTERVALS:
             raise ConfigError("duration", duration, f"at most {MOST_INTERVALS:g} samples of the reference")
         time = np.asarray(interval * np.arange(math.ceil(intervals) + 1), np.float64)
-        angle, rate = _samples(reference, time, _checks.integer("joints", joints, 1, MOST_JOINTS))
+        angle, rate = _samples(reference, time, _checks.integer("joints", joints, 1, MOST_JOINTS), robot)
         return cls(time + lag, angle, rate)
 
 
-def _samples(reference: Any, time: Array, joints: int) -> tuple[Array, Array]:
+def _samples(reference: Any, time: Array, joints: int, robot: Robot | None) -> tuple[Array, Array]:
     """Angles and rates at given times (T, joints, ...)."""
     if isinstance(reference, Gait | JointTrajectory):
         keywords = {"joints": joints} if isinstance(reference, Gait) else {}
         axes = [reference.reference(time, vertical=vertical, **keywords) for vertical in (False, True)]
-        flat = not np.any(axes[1]["angle"])
+        flat = robot is None and not np.any(axes[1]["angle"])
         angle, rate = (np.stack([axis[name] for axis in axes], axis=-1) for name in ("angle", "rate"))
+        if robot is not None:
+            angle[:, robot.twisting], rate[:, robot.twisting] = 0.0, 0.0
         return (angle[..., 0], rate[..., 0]) if flat else (angle, rate)
     if not callable(getattr(reference, "angle", None)) or not callable(getattr(reference, "rate", None)):
         expected = "a snake_env.Gait, a snake_env.JointTrajectory, or an object with angle(time) and rate(time)"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from snake_env.config.section import DEGREE, Section, core_defaults, deprecated_alias
 
 PerLink = float | Sequence[float]
+AxisName = Literal["both", "yaw", "pitch", "roll"]
 
 _AIKO = core_defaults("robot")
 
@@ -21,8 +22,8 @@ _AIKO = core_defaults("robot")
 class Robot(Section):
     """A chain of rigid links; the default is Aiko (T Table 7.1).
 
-    Every quantity except ``links``, ``gravity``, ``backlash``, ``self_contact``, ``joint_limit``, ``locked`` and
-    ``limp`` is a number for all links or a sequence, one per link.
+    Every quantity except ``links``, ``gravity``, ``backlash``, ``self_contact``, ``joint_limit``, ``axes``, ``locked``
+    and ``limp`` is a number for all links or a sequence, one per link.
 
     Args:
         links: number of links n >= 2.
@@ -36,8 +37,16 @@ class Robot(Section):
         self_contact: whether links that are not neighbours touch each other, or pass through each other as in the
             thesis; None: True in the planar and the spatial model with the method "implicit".
         joint_limit: largest angle of a joint to either side [rad], > 0, ``inf`` for none; None: a right angle in the
-            planar and the spatial model with the method "implicit", none elsewhere. In the spatial model it limits yaw
-            and pitch.
+            planar and the spatial model with the method "implicit", none elsewhere. Or a sequence, one per joint, of
+            such numbers or (lower, upper) with lower <= 0 <= upper. In the spatial model it limits yaw and pitch.
+        axes: about which axes the joints turn in the spatial model, fixed in the frames of both links: a name for all
+            or a sequence, one per joint, of "yaw", "pitch", "both" (a cardan joint, yaw before pitch), "roll" (about
+            the centre line) or one vector (x, y, z) of the link frame, of any length: x is the axis of pitch, y that of
+            yaw, z points along the link to the next one. A joint has one axis, or two as "both". About an axis that it
+            does not have it is rigid. Unless ``axes`` is "both", joint angles, rates and torques are listed axis by
+            axis, as :attr:`joint_axes` has them. Horizontal waves drive yaw and oblique axes, vertical ones pitch;
+            axes that point along the link more than across are moved by joint angles only. The planar and the minimal
+            model take joints with yaw. With the method "implicit" only.
         backlash: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
         locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``: springs of 1e9 N m/rad
@@ -59,9 +68,29 @@ class Robot(Section):
     gravity: float = _AIKO.gravity
     backlash: float = _AIKO.backlash
     self_contact: bool | None = _AIKO.self_contact
-    joint_limit: float | None = _AIKO.joint_limit
+    joint_limit: float | Sequence[float | Sequence[float]] | None = _AIKO.joint_limit
+    axes: AxisName | Sequence[AxisName | Sequence[float]] = _AIKO.axes
     locked: Sequence[int] = _AIKO.locked
     limp: Sequence[int] = _AIKO.limp
+
+    @property
+    def joint_axes(self) -> list[tuple[int, AxisName | tuple[float, ...]]]:
+        """Joint, numbered from 0, and axis of each column of joint angles where ``axes`` is not "both"."""
+        entries = [self.axes] * (self.links - 1) if isinstance(self.axes, str) else self.axes
+        pairs: list[tuple[int, Any]] = []
+        for joint, entry in enumerate(entries):
+            names = ("yaw", "pitch") if isinstance(entry, str) and entry == "both" else (entry,)
+            pairs += [(joint, name) for name in names]
+        return pairs
+
+    @property
+    def twisting(self) -> list[int]:
+        """Joints that waves pass by: their axes point along the link more than across."""
+
+        def twists(axis: Any) -> bool:
+            return axis == "roll" if isinstance(axis, str) else abs(axis[2]) > max(abs(axis[0]), abs(axis[1]))
+
+        return [joint for joint, axis in self.joint_axes if twists(axis)]
 
     @classmethod
     def aiko(cls, **changes: Any) -> Robot:

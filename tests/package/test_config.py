@@ -42,7 +42,7 @@ SECTIONS = [
     (Robot, "contact_half_length", [-1e-9, NAN, [0.1] * 12, "x"]),
     (Robot, "backlash", [-0.1, 2.0, NAN, "x", None, [0.0] * 10]),
     (Robot, "self_contact", [2, "x", 0.5]),
-    (Robot, "joint_limit", [0.0, -1.0, NAN, "x", [1.0] * 10]),
+    (Robot, "joint_limit", [0.0, -1.0, NAN, "x", [1.0] * 9]),
     (Stribeck, "drop", [-0.1, 1.1, NAN, "x", None]),
     (Stribeck, "speed", [0.0, -1.0, NAN, INF, "x", None]),
     (Scene, "stribeck", [0.3, None, "x", {"drop": 0.3}]),

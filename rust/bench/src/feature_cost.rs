@@ -70,7 +70,7 @@ fn physics(rounds: usize) -> Result<(), ConfigError> {
     let course = || aiko("course", "", &TABLE_7_5, [0.2, 0.2], START_7_5);
     let with_robot = |robot| Scenario { robot, ..free() };
     let hollow = RobotConfig { self_contact: Some(false), ..RobotConfig::default() };
-    let limited = |limit| RobotConfig { joint_limit: Some(limit), ..RobotConfig::default() };
+    let limited = |limit: f64| RobotConfig { joint_limit: Some(limit.into()), ..RobotConfig::default() };
     let unlimited = limited(f64::INFINITY);
     let rough_course = || {
         let mut scenario = course();
@@ -131,7 +131,7 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
     };
     let solid = RobotConfig::default();
     let hollow = || RobotConfig { self_contact: Some(false), ..solid.clone() };
-    let limited = |limit| RobotConfig { joint_limit: Some(limit), ..solid.clone() };
+    let limited = |limit: f64| RobotConfig { joint_limit: Some(limit.into()), ..solid.clone() };
     let step = |height| Obstacle { height: Some(height), ..far_wall() };
     let (course, winding) = (spatial::course, spatial::sidewinding);
     let among_pegs = || with(course(), FAR_PEG.into());

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, require};
 use crate::obstacles::Obstacle;
-use crate::robot::RobotConfig;
+use crate::robot::{Axes, JointLimit, RobotConfig};
 use crate::scene::{FrictionLawName, SceneConfig};
 
 /// The models of the robot.
@@ -76,6 +76,7 @@ pub enum Feature {
     SelfContact,
     JointLimits,
     BrokenJoints,
+    Hinges,
     IoLinearization,
     HeldTorques,
     MeasurementNoise,
@@ -100,7 +101,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 18] = {
+pub const CAPABILITIES: [Capability; 19] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -115,6 +116,7 @@ pub const CAPABILITIES: [Capability; 18] = {
         row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Implicit, Never]),
         row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Implicit, Never]),
         row(Feature::BrokenJoints, "locked and limp joints", "()", [Implicit, Implicit, Implicit]),
+        row(Feature::Hinges, "a hinge instead of a cardan joint", "\"both\"", [Never, Implicit, Never]),
         row(Feature::IoLinearization, "input-output linearisation", "\"pd\"", [Always, Never, Always]),
         row(Feature::HeldTorques, "a torque held over steps or periods", "\"implicit\"", [Never, Never, Always]),
         row(Feature::MeasurementNoise, "noise on the controller's measurements", "None", [Never, Never, Always]),
@@ -205,9 +207,14 @@ pub fn require_supported(
     Feature::HeldTorques.require(on, held, "controller.treatment", controller.treatment)?;
     Feature::Backlash.require(on, robot.backlash != 0.0, "robot.backlash", robot.backlash)?;
     Feature::SelfContact.require(on, robot.self_contact == Some(true), "robot.self_contact", "True")?;
-    let limit = robot.joint_limit.unwrap_or(f64::INFINITY);
-    Feature::JointLimits.require(on, limit < f64::INFINITY, "robot.joint_limit", limit)?;
+    let is_limited = robot.joint_limit.as_ref().is_some_and(JointLimit::is_any);
+    let value = match robot.joint_limit {
+        Some(JointLimit::Same(limit)) => limit.to_string(),
+        _ => "a list".to_owned(),
+    };
+    Feature::JointLimits.require(on, is_limited, "robot.joint_limit", value)?;
     require_driven_joints(on, robot, scene, controller)?;
+    require_axes(on, robot)?;
     let expected = "0 with an input-output linearising controller";
     require(!is_io || robot.backlash == 0.0, "robot.backlash", robot.backlash, expected)
 }
@@ -225,6 +232,16 @@ pub fn require_supported_obstacle(
     Feature::ObstacleFriction.require(on, friction > 0.0, &format!("{field}.friction"), friction)?;
     let value = height.unwrap_or(f64::INFINITY);
     Feature::ObstacleHeight.require(on, height.is_some(), &format!("{field}.height"), value)
+}
+
+/// Rejects axes of joints that the model does not have. In the plane joints turn by yaw, cardan joints too.
+fn require_axes(on: (ModelName, Method), robot: &RobotConfig) -> Result<(), ConfigError> {
+    let axes = robot.axes.expand(robot.links - 1).map_err(|e| e.inside("robot"))?;
+    for (j, axes) in axes.into_iter().enumerate() {
+        let is_other = axes != Axes::Both && (on.0 == ModelName::Spatial || axes != Axes::Yaw);
+        Feature::Hinges.require(on, is_other, &format!("robot.axes[{j}]"), axes)?;
+    }
+    Ok(())
 }
 
 /// Rejects broken joints where the method, the controller or the friction law cannot have them.

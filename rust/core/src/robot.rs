@@ -1,5 +1,11 @@
 //! The robot: a chain of rigid links (T Table 7.1).
 
+mod axes;
+mod limits;
+
+pub use axes::{Axes, AxesConfig, OneJoint};
+pub use limits::{JointLimit, OneLimit};
+
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, integer_in, length, length_or_zero, positive, require, within};
@@ -59,22 +65,23 @@ pub struct RobotConfig {
     pub backlash: f64,
     /// Whether links that are not neighbours touch each other; null: where the model has it.
     pub self_contact: Option<bool>,
-    /// Largest angle of a joint to either side \[rad\], infinite for none; null: a right angle where the model has limits,
-    /// none elsewhere.
+    /// Limits of the joint angles \[rad\]; null: a right angle to either side where the model has limits, none elsewhere.
     #[serde(deserialize_with = "unbounded")]
-    pub joint_limit: Option<f64>,
+    pub joint_limit: Option<JointLimit>,
+    /// About which axes each joint turns; the planar models have yaw only.
+    pub axes: AxesConfig,
     /// Joints that keep their angles of the start, from 0.
     pub locked: Vec<usize>,
     /// Joints without an actuator, from 0.
     pub limp: Vec<usize>,
 }
 
-/// A number that may be infinite, which readers of configurations refuse elsewhere.
+/// Numbers that may be infinite, which readers of configurations refuse elsewhere.
 #[derive(Deserialize)]
-struct Unbounded(f64);
+struct Unbounded(JointLimit);
 
-fn unbounded<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    Ok(Option::<Unbounded>::deserialize(deserializer)?.map(|number| number.0))
+fn unbounded<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<JointLimit>, D::Error> {
+    Ok(Option::<Unbounded>::deserialize(deserializer)?.map(|limits| limits.0))
 }
 
 impl Default for RobotConfig {
@@ -91,6 +98,7 @@ impl Default for RobotConfig {
             backlash: 0.0,
             self_contact: None,
             joint_limit: None,
+            axes: AxesConfig::default(),
             locked: Vec::new(),
             limp: Vec::new(),
         }
@@ -123,8 +131,12 @@ pub struct Robot {
     pub backlash: f64,
     /// Whether links that are not neighbours touch each other, in models that have it.
     pub self_contact: bool,
-    /// Largest angle of a joint, in models that have limits \[rad\].
-    pub joint_limit: f64,
+    /// Least and largest angle of each joint, in models that have limits \[rad\].
+    pub joint_bounds: Vec<[f64; 2]>,
+    /// The axes of each joint in 3D.
+    pub axes: Vec<Axes>,
+    /// Whether they were listed: joint angles are then listed axis by axis too.
+    pub lists_axes: bool,
     /// The broken joints, in order.
     pub broken: Vec<(usize, Breakage)>,
 }
@@ -162,10 +174,18 @@ impl Robot {
             .collect();
         let gravity = positive("gravity", config.gravity)?;
         let backlash = within("backlash", config.backlash, 0.0, MOST_PLAY)?;
-        let joint_limit = config.joint_limit.unwrap_or(RIGHT_ANGLE);
-        require(joint_limit > 0.0, "joint_limit", joint_limit, "a number > 0, or inf for none")?;
+        let joint_limit = config.joint_limit.clone().unwrap_or(RIGHT_ANGLE.into());
         let broken = broken_joints(config)?;
-        Ok(Self { links, gravity, backlash, self_contact: config.self_contact.unwrap_or(true), joint_limit, broken })
+        Ok(Self {
+            links,
+            gravity,
+            backlash,
+            self_contact: config.self_contact.unwrap_or(true),
+            joint_bounds: joint_limit.expand(n - 1)?,
+            axes: config.axes.expand(n - 1)?,
+            lists_axes: config.axes != AxesConfig::default(),
+            broken,
+        })
     }
 
     pub fn link_count(&self) -> usize {
@@ -174,6 +194,42 @@ impl Robot {
 
     pub fn joint_count(&self) -> usize {
         self.links.len() - 1
+    }
+
+    /// The axes in 3D, joint by joint: joint and, in 0 and 1, place in [`Axes`].
+    pub fn axis_list(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let of_joint = |(joint, axes): (usize, &Axes)| [0, 1].map(|axis| axes.has(axis).then_some((joint, axis)));
+        self.axes.iter().enumerate().flat_map(of_joint).flatten()
+    }
+
+    /// Of two values for each joint, those of the axes that there are.
+    pub fn of_axes<'a>(&'a self, values: impl Iterator<Item = [f64; 2]> + 'a) -> impl Iterator<Item = f64> + 'a {
+        let of_joint = |(axes, values): (&Axes, [f64; 2])| [0, 1].map(|axis| axes.has(axis).then_some(values[axis]));
+        self.axes.iter().zip(values).flat_map(of_joint).flatten()
+    }
+
+    /// The two values of each joint, zero about axes that it does not have, from those of all axes; none if these are not
+    /// as many.
+    pub fn by_joint<V: Clone>(&self, of_axes: &[V], none: &V) -> Option<Vec<[V; 2]>> {
+        let mut values = vec![[none.clone(), none.clone()]; self.joint_count()];
+        let axes: Vec<_> = self.axis_list().collect();
+        if axes.len() != of_axes.len() {
+            return None;
+        }
+        for ((joint, axis), value) in axes.into_iter().zip(of_axes) {
+            values[joint][axis] = value.clone();
+        }
+        Some(values)
+    }
+
+    /// Shape of an array of joint angles in 3D.
+    pub fn joint_shape(&self) -> Vec<usize> {
+        if self.lists_axes { vec![self.axis_list().count()] } else { vec![self.joint_count(), 2] }
+    }
+
+    /// Largest angle that a joint may have to either side; infinite where one has no limit \[rad\].
+    pub fn joint_limit(&self) -> f64 {
+        self.joint_bounds.iter().flatten().map(|bound| bound.abs()).fold(0.0, f64::max)
     }
 
     /// No point of the robot is farther than this from the CG of its middle link, whatever the posture \[m\].

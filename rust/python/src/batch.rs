@@ -261,10 +261,10 @@ impl Batch {
 }
 
 fn read_state<'py, M: RobotModel>(py: Python<'py>, batch: &Rows<M>, rows: &[usize]) -> PyResult<Bound<'py, PyDict>> {
-    let links = batch.environment(0).robot().link_count();
+    let robot = batch.environment(0).robot();
     let dict = PyDict::new(py);
     for quantity in quantities_of::<M>() {
-        let shape = (quantity.shape)(links);
+        let shape = (quantity.shape)(robot);
         let size = shape.iter().product();
         let mut values = vec![0.0; rows.len() * size];
         batch.read(quantity, rows, size, &mut values);

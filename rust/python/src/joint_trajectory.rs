@@ -8,6 +8,7 @@ use serde::Deserialize;
 use snake_core::ConfigError;
 use snake_core::error::require;
 use snake_core::gait::{CardanGait, Gait, Reference, SampledReference, Wave};
+use snake_core::robot::Robot;
 
 use crate::ffi::CoreError;
 use crate::from_python::from_python;
@@ -43,14 +44,18 @@ impl TrajectoryConfig {
         Ok(Gait::Sampled(yaw))
     }
 
-    /// The reference of a spatial robot, at most `limit` \[rad\]; without pitch angles its joints bend sideways only.
+    /// The reference of a spatial robot, at most `limit` \[rad\]; without pitch angles its joints bend sideways only, or
+    /// those given are of its listed axes in turn.
     ///
     /// # Errors
     /// Names the samples that are not admissible.
-    pub fn spatial(&self, joints: usize, limit: f64) -> Result<CardanGait, ConfigError> {
+    pub fn spatial(&self, robot: &Robot, limit: f64) -> Result<CardanGait, ConfigError> {
+        if robot.lists_axes && self.pitch.is_none() {
+            return self.by_joint(robot)?.spatial(robot, limit);
+        }
         let (yaw, pitch) = (self.yaw()?, self.pitch()?);
         for sampled in pitch.iter().chain([&yaw]) {
-            require_joints(sampled, joints)?;
+            require_joints(sampled, robot.joint_count())?;
             let largest = sampled.largest_angle();
             let angle = written(limit);
             let expected = format!("angles in [-{angle}, {angle}], in radians: the joint limit, or a right angle");
@@ -58,6 +63,21 @@ impl TrajectoryConfig {
         }
         let pitch = pitch.map_or_else(|| Gait::Wave(Wave::still()), Gait::Sampled);
         Ok(CardanGait { yaw: Gait::Sampled(yaw), pitch })
+    }
+
+    /// Samples of the axes of a robot that lists them as yaw and pitch of its joints.
+    fn by_joint(&self, robot: &Robot) -> Result<Self, ConfigError> {
+        let none = vec![0.0; self.time.len()];
+        let (count, axes) = (self.yaw.len(), robot.axis_list().count());
+        let split = |samples: &[Vec<f64>]| -> Option<(Vec<_>, Vec<_>)> {
+            Some(robot.by_joint(samples, &none)?.into_iter().map(<(_, _)>::from).unzip())
+        };
+        let expected = format!("{axes} angles, one per axis of the robot");
+        let refused = || ConfigError::new("angle", format!("{count} angles"), &expected);
+        let (yaw, pitch) = split(&self.yaw).ok_or_else(refused)?;
+        let rates = self.yaw_rate.as_deref().map(|rates| split(rates).ok_or_else(refused)).transpose()?;
+        let (yaw_rate, pitch_rate) = rates.unzip();
+        Ok(Self { time: self.time.clone(), yaw, yaw_rate, pitch: Some(pitch), pitch_rate })
     }
 
     fn yaw(&self) -> Result<SampledReference, ConfigError> {

@@ -74,7 +74,7 @@ fn describe_state<'py, M: RobotModel>(py: Python<'py>, robot: &Robot) -> PyResul
     for quantity in quantities_of::<M>() {
         let dict = PyDict::new(py);
         dict.set_item("name", quantity.name)?;
-        dict.set_item("shape", (quantity.shape)(robot.link_count()))?;
+        dict.set_item("shape", (quantity.shape)(robot))?;
         dict.set_item("unit", quantity.unit)?;
         dict.set_item("description", quantity.description)?;
         list.append(dict)?;

@@ -2,7 +2,7 @@
 
 use snake_core::ConfigError;
 use snake_core::gait::{Gait, Holding, JointTarget};
-use snake_core::robot::Robot;
+use snake_core::robot::{Axes, Robot};
 use snake_core::scene::Scene;
 use snake_core::stepping::{Record, StepStatistics};
 use snake_thesis::minimal::{FrictionLaw, Ground, MinimalConfig, MinimalSimulation, MinimalState, Model};
@@ -102,7 +102,9 @@ impl Scripted for MinimalRobot {
     }
 
     fn layout(&self) -> Layout {
-        Layout { coordinates: 2, contacts: 2, axes: 1, normal: Some(self.normal.clone()), place: Vec::new() }
+        let joints = self.link_count() - 1;
+        let (joint_shape, axes) = (vec![joints], vec![Axes::Yaw; joints]);
+        Layout { coordinates: 2, contacts: 2, joint_shape, axes, normal: Some(self.normal.clone()), place: Vec::new() }
     }
 
     fn record_mut(&mut self) -> Option<&mut Record> {

@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use snake_core::ConfigError;
 use snake_core::gait::{Gait, Holding, JointTarget};
 use snake_core::planar::Planar;
+use snake_core::robot::Axes;
 use snake_core::simulation::{Scheme, SchemeConfig, Simulation};
 use snake_core::stepping::{Record, StepStatistics};
 
@@ -100,7 +101,9 @@ impl<S: Scheme<Planar>> Scripted for PlanarRobot<S> {
         let system = self.simulation.system();
         let normal = system.robot.links.iter().map(|link| link.mass * system.normal_gravity());
         let place = self.simulation.indices_of_obstacles();
-        Layout { coordinates: 2, contacts: 1, axes: 1, normal: Some(normal.collect()), place }
+        let joints = self.link_count() - 1;
+        let (joint_shape, axes) = (vec![joints], vec![Axes::Yaw; joints]);
+        Layout { coordinates: 2, contacts: 1, joint_shape, axes, normal: Some(normal.collect()), place }
     }
 
     fn record_mut(&mut self) -> Option<&mut Record> {

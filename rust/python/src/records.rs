@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use serde::Deserialize;
+use snake_core::robot::Axes;
 use snake_core::stepping::Record;
 
 use crate::samples::Samples;
@@ -35,8 +36,9 @@ pub struct Layout {
     pub coordinates: usize,
     /// Contacts of a link with the ground.
     pub contacts: usize,
-    /// Axes of a joint.
-    pub axes: usize,
+    /// Shape of an array of joint angles, and which of two axes each joint has.
+    pub joint_shape: Vec<usize>,
+    pub axes: Vec<Axes>,
     /// Constant normal force at each contact of each link \[N\]; `None` where it is recorded.
     pub normal: Option<Vec<f64>>,
     /// Place in the scene of each obstacle, by its number.
@@ -82,10 +84,9 @@ pub fn write_means(
                 samples.put("pair_force", &shape, force.map(|impulse| impulse * per_second));
             }
             Recorded::Power => {
-                let shape = [links - 1, layout.axes];
-                let shape = if layout.axes == 1 { &shape[..1] } else { &shape[..] };
-                let work = record.sum.actuator_work.iter().flat_map(|work| &work[..layout.axes]);
-                samples.put("actuator_power", shape, work.map(|work| work * per_second));
+                let joints = layout.axes.iter().zip(&record.sum.actuator_work);
+                let work = joints.flat_map(|(axes, work)| (0..2).filter(|axis| axes.has(*axis)).map(|axis| work[axis]));
+                samples.put("actuator_power", &layout.joint_shape, work.map(|work| work * per_second));
                 samples.put("friction_power", &[], [sums.friction_work * per_second]);
             }
         }

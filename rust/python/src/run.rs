@@ -128,10 +128,10 @@ impl RunConfig {
     pub fn spatial_reference(&self, robot: &Robot) -> Result<CardanGait, ConfigError> {
         let largest = match self.integrator.method() {
             Method::Thesis => FRAC_PI_2,
-            Method::Implicit => largest_reference(robot.joint_limit),
+            Method::Implicit => largest_reference(robot.joint_limit()),
         };
         let reference = match &self.joint_trajectory {
-            Some(trajectory) => trajectory.spatial(robot.joint_count(), largest),
+            Some(trajectory) => trajectory.spatial(robot, largest),
             None => self.gait.spatial(robot.joint_count(), self.controller().active_from, largest),
         };
         reference.map_err(|e| e.inside("gait"))

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use snake_core::ConfigError;
 use snake_core::gait::{CardanGait, CardanTarget, Holding, JointTarget};
 use snake_core::simulation::{Scheme, SchemeConfig, Simulation};
-use snake_core::spatial::{Spatial, joint_angle, joint_rate, turning};
+use snake_core::spatial::{Spatial, turning};
 use snake_core::stepping::{Record, StepStatistics};
 
 use crate::records::Layout;
@@ -27,10 +27,12 @@ impl<S: Scheme<Spatial>> SpatialRobot<S> {
         if config.is_summed() {
             simulation.start_record();
         }
-        let pose = &simulation.state().pose;
-        let held = config.robot.locked.iter().map(|&joint| {
-            let angle = joint_angle(&pose[joint], &pose[joint + 1]);
-            let [yaw, pitch] = <[f64; 2]>::from(angle).map(|angle| JointTarget { angle, ..JointTarget::default() });
+        // Waves pass by joints that only twist.
+        let axes = simulation.robot().axes.iter().enumerate();
+        let passed = axes.filter(|(_, axes)| axes.only_twists() && config.joint_trajectory.is_none());
+        let held = config.robot.locked.iter().copied().chain(passed.map(|(joint, _)| joint)).map(|joint| {
+            let of_axis = |angle| JointTarget { angle, ..JointTarget::default() };
+            let [yaw, pitch] = simulation.joint_angle(joint).map(of_axis);
             (joint, CardanTarget { yaw, pitch })
         });
         let gait = Holding::new(gait, held);
@@ -85,12 +87,14 @@ impl<S: Scheme<Spatial>> Scripted for SpatialRobot<S> {
         let (pose, links) = (&self.simulation.state().pose, self.link_count());
         let yaw = pose.iter().map(|q| q.axis()).map(|axis| axis.y.atan2(axis.x));
         let quaternion = pose.iter().map(|q| q.orientation).flat_map(|p| [p.w, p.i, p.j, p.k]);
-        let joint_angle = pose.windows(2).flat_map(|q| <[f64; 2]>::from(joint_angle(&q[0], &q[1])));
+        let (robot, joints) = (self.simulation.robot(), 0..links - 1);
+        let joint_angle = robot.of_axes(joints.map(|joint| self.simulation.joint_angle(joint)));
+        let torques = self.simulation.joint_torque().iter().map(|torque| (*torque).into());
         samples.put("position", &[links, 3], pose.iter().flat_map(|q| <[f64; 3]>::from(q.position)));
         samples.put("angle", &[links], yaw);
         samples.put("quaternion", &[links, 4], quaternion);
-        samples.put("joint_angle", &[links - 1, 2], joint_angle);
-        samples.put("joint_torque", &[links - 1, 2], self.simulation.joint_torque().iter().flatten().copied());
+        samples.put("joint_angle", &robot.joint_shape(), joint_angle);
+        samples.put("joint_torque", &robot.joint_shape(), robot.of_axes(torques));
         samples.put("energy", &[], [self.simulation.energy()]);
     }
 
@@ -98,17 +102,18 @@ impl<S: Scheme<Spatial>> Scripted for SpatialRobot<S> {
         let (state, links) = (self.simulation.state(), self.link_count());
         let moving = || state.pose.iter().zip(&state.twist);
         let turning = moving().flat_map(|(q, u)| <[f64; 3]>::from(q.orientation * turning(u)));
-        let rates = (0..links - 1).flat_map(|j| {
-            <[f64; 2]>::from(joint_rate(&state.pose[j], &state.twist[j], &state.pose[j + 1], &state.twist[j + 1]))
-        });
+        let robot = self.simulation.robot();
+        let rates = robot.of_axes((0..links - 1).map(|joint| self.simulation.joint_rate(joint)));
         samples.put("velocity", &[links, 3], state.twist.iter().flat_map(|u| [u[0], u[1], u[2]]));
         samples.put("angular_velocity", &[links, 3], turning);
-        samples.put("joint_rate", &[links - 1, 2], rates);
+        samples.put("joint_rate", &robot.joint_shape(), rates);
     }
 
     fn layout(&self) -> Layout {
         let place = self.simulation.indices_of_obstacles();
-        Layout { coordinates: 3, contacts: 2, axes: 2, normal: None, place }
+        let robot = self.simulation.robot();
+        let (joint_shape, axes) = (robot.joint_shape(), robot.axes.clone());
+        Layout { coordinates: 3, contacts: 2, joint_shape, axes, normal: None, place }
     }
 
     fn record_mut(&mut self) -> Option<&mut Record> {

@@ -9,7 +9,7 @@ use snake_core::capabilities::{Feature, Method, ModelName};
 use snake_core::environment::{OwnStart, Raised};
 use snake_core::error::{FARTHEST, coordinate, require, within};
 use snake_core::gait::{CardanGait, Gait, Reference};
-use snake_core::robot::Robot;
+use snake_core::robot::{Axes, Robot};
 use snake_core::simulation::{Scheme, Simulation};
 use snake_core::spatial::{Pose, Spatial, orientation_of};
 
@@ -61,7 +61,7 @@ impl StartConfig {
     /// The joint angles of a posture other than the gait's.
     pub fn own_posture(&self, robot: &Robot) -> Result<Option<Vec<f64>>, ConfigError> {
         let (joints, largest) = (robot.joint_count(), largest_bend(robot));
-        let angle = written(largest_reference(robot.joint_limit));
+        let angle = written(largest_reference(robot.joint_limit()));
         match &self.posture {
             Posture::Named(name) if name == "gait" => Ok(None),
             Posture::Named(name) if name == "straight" => Ok(Some(vec![0.0; joints])),
@@ -139,7 +139,7 @@ impl StartConfig {
 
     /// The joint angles (yaw, pitch) of the posture.
     fn joint_angles(&self, robot: &Robot, gait: &CardanGait) -> Result<Vec<Vector2<f64>>, ConfigError> {
-        let of_gait = || (0..robot.joint_count()).map(|joint| at_start(gait, joint)).collect();
+        let of_gait = || robot.axes.iter().enumerate().map(|(joint, axes)| at_start(gait, joint, *axes)).collect();
         let angles: Vec<Vector2<f64>> = self.own_pairs(robot)?.unwrap_or_else(of_gait);
         require_bends(&angles, robot, &self.posture)?;
         Ok(angles)
@@ -152,6 +152,9 @@ impl StartConfig {
             Posture::Named(name) if name == "straight" => vec![Vector2::zeros(); robot.joint_count()],
             Posture::Named(_) => Vec::new(),
             Posture::Pairs(angles) => angles.iter().map(|&angle| angle.into()).collect(),
+            Posture::Angles(angles) if robot.lists_axes => {
+                robot.by_joint(angles, &0.0).unwrap_or_default().into_iter().map(Vector2::from).collect()
+            }
             Posture::Angles(angles) => angles.iter().map(|&yaw| Vector2::new(yaw, 0.0)).collect(),
         };
         require_bends(&angles, robot, &self.posture)?;
@@ -182,16 +185,34 @@ impl Posture {
 /// The angles (yaw, pitch) are those of all joints, and admissible.
 fn require_bends(angles: &[Vector2<f64>], robot: &Robot, posture: &Posture) -> Result<(), ConfigError> {
     let (joints, largest) = (robot.joint_count(), largest_bend(robot));
-    let angle = written(largest_reference(robot.joint_limit));
-    let expected =
-        format!("\"gait\", \"straight\", {joints} yaw angles or {joints} pairs (yaw, pitch), in [-{angle}, {angle}]");
+    let angle = written(largest_reference(robot.joint_limit()));
+    let list = match robot.lists_axes {
+        true => format!("{} angles, one per axis", robot.axis_list().count()),
+        false => format!("{joints} yaw angles"),
+    };
+    let expected = format!("\"gait\", \"straight\", {list} or {joints} pairs (yaw, pitch), in [-{angle}, {angle}]");
     let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.abs() <= largest);
-    require(admissible, "start.posture", posture.written(), &expected)
+    require(admissible, "start.posture", posture.written(), &expected)?;
+    require_own_bends(robot, angles.iter().map(|angle| angle.as_slice()))
+}
+
+/// Joints with limits of their own are within these, or as far beyond as a run may press them.
+fn require_own_bends<'a>(robot: &Robot, angles: impl Iterator<Item = &'a [f64]>) -> Result<(), ConfigError> {
+    let least = largest_reference(0.0);
+    for (j, (angles, [lower, upper])) in angles.zip(&robot.joint_bounds).enumerate() {
+        let beyond = angles.iter().find(|angle| !(lower - OVERRUN..=upper + OVERRUN).contains(*angle));
+        // Of symmetric limits a right angle at least is admissible, see [`largest_reference`].
+        if let Some(angle) = beyond.filter(|angle| *lower != -upper || angle.abs() > least.max(*upper)) {
+            let expected = format!("an angle in [{lower}, {upper}], the joint's limits");
+            return Err(ConfigError::new(format!("start.posture[{j}]"), *angle, expected));
+        }
+    }
+    Ok(())
 }
 
 /// Largest joint angle of a posture, that of a joint pressed beyond its stop included \[rad\].
 fn largest_bend(robot: &Robot) -> f64 {
-    (largest_reference(robot.joint_limit) + OVERRUN).min(PI)
+    (largest_reference(robot.joint_limit()) + OVERRUN).min(PI)
 }
 
 /// Largest joint angle of a reference: the joint limit, but a right angle at least, beyond which stops hold joints
@@ -215,7 +236,8 @@ const OVERRUN: f64 = 0.02;
 /// Joint angles below which a joint counts as straight \[rad\].
 const FLAT: f64 = 1e-9;
 
-fn at_start(gait: &CardanGait, joint: usize) -> Vector2<f64> {
-    let target = gait.target(joint, 0.0);
-    Vector2::new(target.yaw.angle, target.pitch.angle)
+fn at_start(gait: &CardanGait, joint: usize, axes: Axes) -> Vector2<f64> {
+    let (target, sampled) = (gait.target(joint, 0.0), matches!(gait.yaw, Gait::Sampled(_)));
+    let yaw = if axes.only_twists() && !sampled { 0.0 } else { target.yaw.angle };
+    Vector2::new(yaw, target.pitch.angle)
 }

@@ -97,7 +97,7 @@ impl Capsule {
 /// without limits.
 pub fn gap_to_stops<P: LinkPlace>(robot: &Robot, poses: &[P]) -> f64 {
     let joints = robot.links.iter().zip(poses.windows(2));
-    let gap = |(link, pair): (&Link, &[P])| 0.5 * link.length * (robot.joint_limit - pair[0].bend(&pair[1]));
+    let gap = |(link, pair): (&Link, &[P])| 0.5 * link.length * (robot.joint_limit() - pair[0].bend(&pair[1]));
     joints.map(gap).fold(f64::INFINITY, f64::min)
 }
 

@@ -93,7 +93,7 @@ fn a_robot_that_jumps_over_something_passed_through_it() {
 
 #[test]
 fn joints_beyond_their_limits_are_found() {
-    let robot = Robot::new(&RobotConfig { links: 3, joint_limit: Some(1.2), ..RobotConfig::default() }).unwrap();
+    let robot = Robot::new(&RobotConfig { links: 3, joint_limit: Some(1.2.into()), ..RobotConfig::default() }).unwrap();
     let lever = 0.5 * robot.links[0].length;
     for bend in [0.4_f64, 1.3, -1.3] {
         let gap = lever * (1.2 - bend.abs());

@@ -54,7 +54,8 @@ prop_compose! {
 
 /// Where contradicting contacts or a recovery at high leverage spoil geometry and energy is told in docs/stress.md;
 /// here, that every state is sane, every joint closed and every stage certified or counted.
-const BOUNDS: Bounds = Bounds { penetration: 0.25, energy: f64::INFINITY, drift: f64::INFINITY, unconverged: u64::MAX };
+const BOUNDS: Bounds =
+    Bounds { penetration: 0.25, energy: f64::INFINITY, drift: f64::INFINITY, unconverged: u64::MAX, residual: 1e-4 };
 
 /// A scene without drives and friction.
 fn limp(draw: &Draw) -> Draw {

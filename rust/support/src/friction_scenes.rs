@@ -59,7 +59,7 @@ pub fn bent_pair<C: SchemeConfig<Planar>>(
     integrator: &C,
 ) -> Simulation<Planar, C::Scheme> {
     let pd = ControllerConfig { kp: 10.0, kd: 0.0, torque_limit: Some(torque), ..ControllerConfig::default() };
-    let robot = RobotConfig { joint_limit: Some(f64::INFINITY), ..links(2) };
+    let robot = RobotConfig { joint_limit: Some(f64::INFINITY.into()), ..links(2) };
     let mut simulation = build(&robot, scene, &pd, integrator);
     simulation.place_chain(0.3, -0.2, 0.7, &[FRAC_PI_2]);
     simulation

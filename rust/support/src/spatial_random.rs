@@ -1,6 +1,6 @@
 //! What the tests of the spatial model need: random links, poses, twists, and matrices as the thesis prints them.
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
-use snake_core::robot::{Link, Robot};
+use snake_core::robot::{Axes, Link, Robot};
 use snake_core::scene::Peg;
 use snake_core::spatial::{Pose, StackedTwist, assemble_chain, peg_gap};
 
@@ -45,7 +45,9 @@ pub fn random_joint(random: &mut Random) -> [(Link, Pose); 2] {
         gravity: 9.81,
         backlash: 0.0,
         self_contact: false,
-        joint_limit: f64::INFINITY,
+        joint_bounds: vec![[f64::NEG_INFINITY, f64::INFINITY]],
+        axes: vec![Axes::Both],
+        lists_axes: false,
         broken: Vec::new(),
     };
     let mut pose = [random_pose(random), Pose::identity()];

@@ -1,7 +1,7 @@
 //! A stage of the spatial model solved the slow way: full matrices and projected Gauss-Seidel on its contacts.
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
-use snake_core::spatial::{ChainVelocity, Frame, Momentum, SpatialVector, Stage, Twist};
+use snake_core::spatial::{ChainShape, ChainVelocity, Frame, Momentum, SpatialVector, Stage, Twist};
 
 /// The stage on matrices: unknowns are the twist of link 1 and the joint rates.
 pub struct Dense {
@@ -22,7 +22,8 @@ impl Dense {
         let (mass, momentum) = inertia_of(stage);
         let mut inertia = jacobian.transpose() * mass * &jacobian;
         let mut load = jacobian.transpose() * momentum;
-        for (k, drive) in stage.joints.iter().flatten().enumerate() {
+        for (k, (j, axis)) in axes_of(stage).enumerate() {
+            let drive = &stage.joints[j][axis];
             inertia[(6 + k, 6 + k)] += drive.stiffness;
             load[6 + k] += drive.drive;
         }
@@ -79,20 +80,30 @@ impl Dense {
     }
 }
 
+/// Joint and place of all axes that there are.
+fn axes_of(stage: &Stage) -> impl Iterator<Item = (usize, usize)> {
+    (0..stage.joints.len()).flat_map(|j| [(j, 0), (j, 1)]).filter(|(j, axis)| stage.axes_of(*j).has(*axis))
+}
+
 fn jacobian_of(stage: &Stage) -> DMatrix<f64> {
     let n = stage.links.len();
-    let half_length: Vec<f64> = stage.links.iter().map(|link| link.half_length).collect();
+    let axes: Vec<_> = axes_of(stage).collect();
+    let half_length = stage.links.iter().map(|link| link.half_length).collect();
+    let shape = ChainShape { half_length, axes: (0..n - 1).map(|j| stage.axes_of(j)).collect() };
     let frames = frames_of(stage);
-    let mut jacobian = DMatrix::zeros(6 * n, 6 + 2 * (n - 1));
+    let mut jacobian = DMatrix::zeros(6 * n, 6 + axes.len());
     for k in 0..jacobian.ncols() {
         let mut speed = ChainVelocity::rest(n);
         match k {
             0..3 => speed.head.linear[k] = 1.0,
             3..6 => speed.head.angular[k - 3] = 1.0,
-            _ => speed.rate[(k - 6) / 2][k % 2] = 1.0,
+            _ => {
+                let (j, axis) = axes[k - 6];
+                speed.rate[j][axis] = 1.0;
+            }
         }
         let mut twist = vec![Twist::zero(); n];
-        speed.twists(&frames, &half_length, &mut twist);
+        speed.twists(&frames, &shape, &mut twist);
         jacobian.set_column(k, &stacked(&twist));
     }
     jacobian

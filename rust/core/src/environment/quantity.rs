@@ -3,6 +3,8 @@
 //! A quantity is one row of [`Quantity::COMMON`] or of [`RobotModel::STATE`]. The public state of the Python
 //! environments and its documentation follow from the rows. Nothing here is read by a step.
 
+use crate::robot::Robot;
+
 use super::env::Environment;
 use super::reward::TERM_COUNT;
 use super::robot_model::RobotModel;
@@ -13,8 +15,8 @@ pub struct Quantity<M: 'static> {
     pub name: &'static str,
     pub unit: &'static str,
     pub description: &'static str,
-    /// Lengths of its axes for a robot with so many links; none for a number.
-    pub shape: fn(usize) -> Vec<usize>,
+    /// Lengths of its axes; none for a number.
+    pub shape: fn(&Robot) -> Vec<usize>,
     /// Writes the values, last axis fastest.
     pub read: fn(&Environment<M>, &mut [f64]),
 }

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::gait::{CardanTarget, Jet, JointTarget, Reference, WaveJets, turned};
+use crate::robot::Axes;
 
 use super::action::{ActionEntry, LARGEST_ANGLE, PITCH, Parameter, YAW};
 use super::default_gait::DefaultGait;
@@ -27,6 +28,8 @@ pub struct ReferenceGenerator<const AXES: usize> {
     /// Shared by all robots of a batch.
     entries: Arc<[ActionEntry]>,
     limits: Arc<[Limits]>,
+    /// Joints that waves pass by, see [`Axes::only_twists`].
+    passed: Arc<[usize]>,
     state: ReferenceState,
 }
 
@@ -69,8 +72,11 @@ struct Axis {
 impl<const AXES: usize> ReferenceGenerator<AXES> {
     /// A generator for an action with these entries, whose centres hold `gait`.
     pub fn new(entries: Vec<ActionEntry>, gait: DefaultGait, period: f64) -> Self {
+        // Up to the last joint that has one.
         let count = |parameter: fn(usize, usize) -> Parameter, axis: usize| {
-            (0..).take_while(|joint| entries.iter().any(|entry| entry.parameter == parameter(axis, *joint))).count()
+            let own = entries.iter().filter_map(|entry| Some((entry.parameter, entry.parameter.of_joint()?)));
+            let joints = own.filter(|(own, (of, joint))| *of == axis && *own == parameter(axis, *joint));
+            joints.map(|(_, (_, joint))| joint + 1).max().unwrap_or(0)
         };
         let axis = |axis: usize| {
             let angles = count(|axis, joint| Parameter::Joint { axis, joint }, axis);
@@ -92,8 +98,15 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
             has_wave: entries.iter().any(|entry| entry.parameter.is_of_wave()),
             limits: entries.iter().map(ActionEntry::limits).collect(),
             entries: entries.into(),
+            passed: Arc::default(),
             state,
         }
+    }
+
+    /// Of a robot whose joints have these axes.
+    pub fn on(self, axes: &[Axes]) -> Self {
+        let passed = axes.iter().enumerate().filter(|(_, axes)| axes.only_twists()).map(|(joint, _)| joint);
+        Self { passed: passed.collect(), ..self }
     }
 
     /// The entries of an action.
@@ -145,7 +158,9 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
         yaw.phase = FilteredParameter::at_rest(0.0);
         yaw.offset = of_wave(wave.gamma);
         if !has_wave {
-            yaw.hold(|joint| wave.amplitude * (phase + joint as f64 * wave.beta).sin() + wave.gamma);
+            let passed = &self.passed;
+            let of_wave = |joint: usize| wave.amplitude * (phase + joint as f64 * wave.beta).sin() + wave.gamma;
+            yaw.hold(|joint| if passed.contains(&joint) { 0.0 } else { of_wave(joint) });
         }
     }
 
@@ -233,16 +248,13 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
         }
     }
 
-    /// Reference angles at the control instant, joint by joint, the yaw angle of a joint first \[rad\].
-    pub fn angles(&self, values: &mut [f64]) {
+    /// Reference angles at the control instant of these joints and axes \[rad\].
+    pub fn angles(&self, axes: impl Iterator<Item = (usize, usize)>, values: &mut [f64]) {
         let (waves, decay) = self.waves_at(self.state.instant);
-        for (joint, values) in values.chunks_exact_mut(AXES).enumerate() {
-            for (axis, value) in values.iter_mut().enumerate() {
-                *value = self.joint_target(axis, &waves[axis], joint, decay, 0.0).angle;
-            }
-        }
-        for Held { joint, angle } in &self.state.held {
-            values[joint * AXES..(joint + 1) * AXES].copy_from_slice(&angle[..AXES]);
+        for ((joint, axis), value) in axes.zip(values) {
+            let held = self.state.held.iter().find(|held| held.joint == joint);
+            let moving = || self.joint_target(axis, &waves[axis], joint, decay, 0.0).angle;
+            *value = held.map_or_else(moving, |held| held.angle[axis]);
         }
     }
 
@@ -296,7 +308,7 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
 
     /// The torques that actions have set, if they do.
     fn own_torques(&self, torques: &mut [f64]) -> bool {
-        if self.state.axes[YAW].torques.is_empty() {
+        if self.state.axes.iter().all(|axis| axis.torques.is_empty()) {
             return false;
         }
         for (axis, Axis { torques: own, .. }) in self.state.axes.iter().enumerate() {
@@ -308,7 +320,9 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
     /// One joint.
     fn joint_target(&self, axis: usize, wave: &WaveJets, joint: usize, decay: f64, elapsed: f64) -> JointTarget {
         let phase = wave.phase + joint as f64 * wave.phase_shift.value;
-        sum(wave.joint(joint, phase.sin_cos()), self.own(axis, joint, decay, elapsed))
+        let is_passed = self.passed.contains(&joint);
+        let wave = if is_passed { Jet::default() } else { wave.joint(joint, phase.sin_cos()) };
+        sum(wave, self.own(axis, joint, decay, elapsed))
     }
 
     /// All joints with two evaluations of sine and cosine: the phase is turned from joint to joint.
@@ -431,6 +445,9 @@ impl Reference<CardanTarget> for ReferenceGenerator<2> {
         let elapsed = time - self.state.instant;
         self.all_targets(YAW, &yaw, targets.iter_mut().map(|target| &mut target.yaw), decay, elapsed);
         self.all_targets(PITCH, &pitch, targets.iter_mut().map(|target| &mut target.pitch), decay, elapsed);
+        for &joint in self.passed.iter() {
+            targets[joint].yaw = sum(Jet::default(), self.own(YAW, joint, decay, elapsed));
+        }
         for held in &self.state.held {
             targets[held.joint] = CardanTarget { yaw: held.target(YAW), pitch: held.target(PITCH) };
         }

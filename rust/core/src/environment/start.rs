@@ -118,11 +118,15 @@ impl StartLine {
         }
     }
 
-    /// Joint angles of the gait's posture at a phase, joint 0 first \[rad\].
-    pub fn joint_angles(&self, phase: f64) -> impl Fn(usize) -> f64 {
-        let wave = self.wave;
-        move |joint| wave.target(joint, phase / wave.omega).angle
+    /// Joint angles of the gait's posture at a phase, joint 0 first, zero of joints that do not bend sideways \[rad\].
+    pub fn joint_angles<'a>(&'a self, robot: &'a Robot, phase: f64) -> impl Iterator<Item = f64> + 'a {
+        posture(robot, &self.wave, phase / self.wave.omega)
     }
+}
+
+fn posture<'a>(robot: &'a Robot, wave: &'a Wave, time: f64) -> impl Iterator<Item = f64> + 'a {
+    let angle = move |joint: usize| wave.target(joint, time).angle;
+    robot.axes.iter().enumerate().map(move |(joint, axes)| if axes.yaws() { angle(joint) } else { 0.0 })
 }
 
 fn natural_path(wave: &Wave, robot: &Robot) -> NaturalPath {
@@ -130,7 +134,7 @@ fn natural_path(wave: &Wave, robot: &Robot) -> NaturalPath {
 }
 
 fn gravity_centre(robot: &Robot, wave: &Wave, start: &Start) -> Vector2<f64> {
-    let joint_angle: Vec<f64> = (0..robot.joint_count()).map(|joint| wave.target(joint, 0.0).angle).collect();
+    let joint_angle: Vec<f64> = posture(robot, wave, 0.0).collect();
     let mut pose = vec![Pose::zeros(); robot.link_count()];
     assemble_chain(robot, Pose::new(start.position.x, start.position.y, start.angle), &joint_angle, &mut pose);
     let moment: Vector2<f64> = robot.links.iter().zip(&pose).map(|(link, q)| q.xy() * link.mass).sum();
@@ -161,7 +165,7 @@ mod tests {
         let line = StartLine::at_origin(Wave::default(), &robot);
         let chain = |jitter: &StartJitter| {
             let start = line.deviated(jitter);
-            let angles: Vec<f64> = (0..10).map(line.joint_angles(start.phase)).collect();
+            let angles: Vec<f64> = line.joint_angles(&robot, start.phase).collect();
             let mut pose = vec![Pose::zeros(); 11];
             assemble_chain(&robot, Pose::new(start.position.x, start.position.y, start.angle), &angles, &mut pose);
             pose

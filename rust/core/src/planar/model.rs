@@ -39,7 +39,7 @@ impl Model for Planar {
         &system.robot
     }
 
-    fn follows(body: &Body, targets: &[JointTarget]) -> bool {
+    fn follows(_: &PlanarSystem, body: &Body, targets: &[JointTarget]) -> bool {
         let mut joints = targets.iter().enumerate();
         joints.all(|(joint, target)| is_following(target, body.state.joint_angle(joint), body.state.joint_rate(joint)))
     }

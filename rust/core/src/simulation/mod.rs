@@ -77,7 +77,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
             robot.require_parted_links().map_err(|e| e.inside("robot"))?;
         }
         if !has(Feature::JointLimits) {
-            robot.joint_limit = f64::INFINITY;
+            robot.joint_bounds.fill([f64::NEG_INFINITY, f64::INFINITY]);
         }
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;

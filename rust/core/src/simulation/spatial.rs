@@ -6,8 +6,8 @@ use crate::error::ConfigError;
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::spatial::{
-    End, LinkAxis, Pose, Spatial, SpatialSystem, StackedTwist, assemble_chain, ground_gap, largest_joint_gap,
-    obstacle_gap, rest_on, self_gap,
+    End, LinkAxis, Pose, Spatial, SpatialSystem, StackedTwist, assemble_chain, axis_angles, axis_rates, ground_gap,
+    largest_joint_gap, obstacle_gap, rest_on, self_gap,
 };
 use crate::stepping::Body;
 
@@ -52,6 +52,18 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
     /// Impulse of the ground's normal forces on each link during the last `advance` \[N s\].
     pub fn ground_impulse(&self) -> &[f64] {
         &self.body.ground_impulse
+    }
+
+    /// Angles of a joint about its axes, zero about one that it does not have \[rad\].
+    pub fn joint_angle(&self, joint: usize) -> [f64; 2] {
+        let pose = &self.body.state.pose;
+        axis_angles(self.robot().axes[joint], &pose[joint], &pose[joint + 1])
+    }
+
+    /// And their rates \[rad/s\].
+    pub fn joint_rate(&self, joint: usize) -> [f64; 2] {
+        let link = |link: usize| (&self.body.state.pose[link], &self.body.state.twist[link]);
+        axis_rates(self.robot().axes[joint], link(joint), link(joint + 1))
     }
 
     /// tau_C = (yaw, pitch) of each joint in the last step (T 4.89) \[N m\].

@@ -7,6 +7,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::judge::{self, Mobility, worse};
 use crate::math::Real;
+use crate::robot::Axes;
 
 use super::spatial_vector::{Twist, Wrench};
 use super::stage::{Stage, StageLink, StageSolution};
@@ -103,8 +104,8 @@ fn verify_obstacle_friction<T: Real>(stage: &Stage<T>, solution: &StageSolution<
     }
 }
 
-/// The two links' joint points move alike, they do not turn against each other about the third axis, and the drives
-/// obey their law at the rates of the two free ones.
+/// The two links' joint points move alike, they do not turn against each other but about the joint's axes, and the drives
+/// obey their law at the rates about these.
 #[inline(always)]
 fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize, certificate: &mut Certificate<T>) {
     let (near, far) = (&stage.links[j], &stage.links[j + 1]);
@@ -113,10 +114,21 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
     let gap = minus(&point_velocity(u, &joint_point(near, 1.0)), &point_velocity(w, &joint_point(far, -1.0)));
     certificate.joint = worse(certificate.joint, scalar(&gap, &gap).sqrt());
     let relative = minus(&w.angular, &u.angular);
-    let axes = [near.axes[1], far.axes[0]];
-    let twisting = scalar(&vector(&axes[0], &axes[1]), &relative).abs();
+    let (axes, has) = axes_of_joint(stage, j);
+    let twisting = if has == [true; 2] {
+        scalar(&vector(&axes[0], &axes[1]), &relative).abs()
+    } else {
+        let axis = &axes[usize::from(has[1])];
+        let left = minus(&relative, &times(axis, scalar(axis, &relative)));
+        scalar(&left, &left).sqrt()
+    };
     certificate.joint = worse(certificate.joint, twisting * near.half_length);
     for (axis, drive) in stage.joints[j].iter().enumerate() {
+        if !has[axis] {
+            certificate.joint = worse(certificate.joint, solution.rate[j][axis].abs() * near.half_length);
+            certificate.actuator = worse(certificate.actuator, solution.actuator[j][axis].abs() * mobility.torque);
+            continue;
+        }
         let rate = scalar(&axes[axis], &relative);
         // The rates are what is integrated.
         let apart = (solution.rate[j][axis] - rate).abs();
@@ -137,8 +149,8 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
 }
 
 /// The momentum that links 1..i lack is supplied by the joint behind them. Its force is free, and so is its moment about
-/// the axis that cannot turn; about the other two it must be that of the actuators. Behind the last link there is no
-/// joint.
+/// axes that the joint does not have; about those that it has it must be that of the actuators. Behind the last link there
+/// is no joint.
 #[inline(always)]
 fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
     let zero = T::zero();
@@ -162,8 +174,11 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
         }
         // About the joint behind the link.
         moment = minus(&moment, &vector(&joint_point(link, 1.0), &force));
-        let axes = [link.axes[1], stage.links[i + 1].axes[0]];
+        let (axes, has) = axes_of_joint(stage, i);
         for (k, (axis, drive)) in axes.iter().zip(&solution.actuator[i]).enumerate() {
+            if !has[k] {
+                continue;
+            }
             let mut left = scalar(axis, &moment) + *drive;
             if let (Some(stop), Some([upper, lower])) = (stage.stops.get(2 * i + k), solution.stop.get(2 * i + k)) {
                 left += stop.lever * (*lower - *upper);
@@ -209,6 +224,19 @@ fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> 
         }
     }
     (force, moment)
+}
+
+/// The axes of the joint behind link `j`, frame I: e_y^B of that link, or the hinge's own, and e_x^B of the next; and which
+/// of them there are.
+#[inline(always)]
+fn axes_of_joint<T: Real>(stage: &Stage<T>, j: usize) -> ([Vector3<T>; 2], [bool; 2]) {
+    let ([x, y, z], axes) = (&stage.links[j + 1].axes, stage.axes_of(j));
+    let mut first = stage.links[j].axes[1];
+    if let Axes::About([a, b, c]) = axes {
+        let across = plus(&times(x, T::splat(a)), &times(y, T::splat(b)));
+        first = plus(&across, &times(z, T::splat(c)));
+    }
+    ([first, *x], [axes.has(0), axes.has(1)])
 }
 
 /// From the CG to the lowest point of the front (0) or rear (1) sphere.

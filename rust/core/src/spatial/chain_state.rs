@@ -7,10 +7,10 @@ use crate::contact::{CAPSULE_CONTACTS, ContactMemory};
 use crate::gait::CardanTarget;
 use crate::math::{Real, read_lane, write_lane};
 use crate::obstacles::ObstacleGrid;
-use crate::robot::Robot;
+use crate::robot::{Axes, Robot};
 use crate::spatial::{
-    ChainVelocity, Configuration, Frame, Momentum, Pose, SpatialState, StackedTwist, Twist, inertia, joint_angle,
-    joint_rate, turning, twist_of,
+    ChainShape, ChainVelocity, Configuration, Frame, Momentum, Pose, SpatialState, StackedTwist, Twist, axis_angles,
+    axis_rates, inertia, turned_by, turning, twist_of,
 };
 use crate::stepping::WarmStart;
 use crate::stepping::start::is_following;
@@ -98,8 +98,8 @@ impl ChainState {
         (configuration.position, configuration.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
         velocity.head = Twist { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
         for (j, (angle, rate)) in configuration.angle.iter_mut().zip(&mut velocity.rate).enumerate() {
-            *angle = joint_angle(&pose[j], &pose[j + 1]).into();
-            *rate = joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]).into();
+            *angle = axis_angles(robot.axes[j], &pose[j], &pose[j + 1]);
+            *rate = axis_rates(robot.axes[j], (&pose[j], &twist[j]), (&pose[j + 1], &twist[j + 1]));
         }
         for (i, link) in robot.links.iter().enumerate() {
             let spin = turning(&twist[i]).component_mul(&inertia(link)) * mass;
@@ -109,9 +109,9 @@ impl ChainState {
     }
 
     /// Poses and twists of all links; `mass` as in [`Self::read`].
-    pub fn write(&mut self, robot: &Robot, mass: f64, half_length: &[f64], state: &mut SpatialState) {
+    pub fn write(&mut self, robot: &Robot, mass: f64, shape: &ChainShape, state: &mut SpatialState) {
         let SpatialState { pose, twist, .. } = state;
-        self.place_links(half_length, pose);
+        self.place_links(shape, pose);
         for (i, link) in robot.links.iter().enumerate() {
             let Momentum { linear, angular } = &self.momentum[i];
             let spin = pose[i].orientation.inverse_transform_vector(angular);
@@ -128,25 +128,24 @@ impl ChainState {
         self.contacts.end_step(|_| 0.0);
     }
 
-    fn place_links(&mut self, half_length: &[f64], pose: &mut [Pose]) {
-        self.configuration.place_links(half_length, &mut self.frames);
-        let about = UnitQuaternion::from_axis_angle;
+    fn place_links(&mut self, shape: &ChainShape, pose: &mut [Pose]) {
+        self.configuration.place_links(shape, &mut self.frames);
         let [w, x, y, z] = self.configuration.orientation;
         let mut orientation = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
         for (i, (pose, frame)) in pose.iter_mut().zip(&self.frames).enumerate() {
             if i > 0 {
-                let [yaw, pitch] = self.configuration.angle[i - 1];
-                orientation = orientation * about(&Vector3::y_axis(), yaw) * about(&Vector3::x_axis(), pitch);
+                orientation = turned_by(shape.axes[i - 1], &orientation, self.configuration.angle[i - 1]);
             }
             *pose = Pose { position: frame.position, orientation };
         }
     }
 
     /// A robot that was placed in motion with its reference has no start to resolve.
-    pub fn is_following(&self, targets: &[CardanTarget]) -> bool {
-        let mut joints = targets.iter().zip(self.configuration.angle.iter().zip(&self.velocity.rate));
-        joints.all(|(target, (angle, rate))| {
-            is_following(&target.yaw, angle[0], rate[0]) && is_following(&target.pitch, angle[1], rate[1])
+    pub fn is_following(&self, axes: &[Axes], targets: &[CardanTarget]) -> bool {
+        let mut joints = targets.iter().zip(axes).zip(self.configuration.angle.iter().zip(&self.velocity.rate));
+        joints.all(|((target, axes), (angle, rate))| {
+            (!axes.has(0) || is_following(&target.yaw, angle[0], rate[0]))
+                && (!axes.has(1) || is_following(&target.pitch, angle[1], rate[1]))
         })
     }
 }

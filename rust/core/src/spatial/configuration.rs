@@ -3,10 +3,28 @@
 use nalgebra::Vector3;
 
 use crate::math::{Laned, Real};
+use crate::robot::{Axes, Robot};
 use crate::stepping::{MAX_RATE, MAX_SPEED};
 
-use super::spatial_vector::{Twist, along, cross, scaled, sum};
-use super::{Pose, StageLink};
+use super::spatial_vector::{Twist, along, combined, cross, scaled, sum};
+use super::{Pose, StageLink, hinge_directions};
+
+/// What the places of the links depend on besides the configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChainShape<T = f64> {
+    /// L_i / 2 of each link \[m\].
+    pub half_length: Vec<T>,
+    pub axes: Vec<Axes>,
+}
+
+impl<T: Real> ChainShape<T> {
+    pub fn new(robot: &Robot) -> Self {
+        Self {
+            half_length: robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            axes: robot.axes.clone(),
+        }
+    }
+}
 
 /// Pose of link 1 and joint angles: all values are admissible, and joints stay closed.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,7 +33,7 @@ pub struct Configuration<T = f64> {
     pub position: Vector3<T>,
     /// Unit quaternion of link 1, R_B^I: w, x, y, z.
     pub orientation: [T; 4],
-    /// (phi_h, phi_v) of each joint \[rad\].
+    /// (phi_h, phi_v) of each joint, zero about an axis that it does not have \[rad\].
     pub angle: Vec<[T; 2]>,
 }
 
@@ -76,19 +94,22 @@ impl<T: Real> Configuration<T> {
         }
     }
 
-    /// Where all links are; `half_length` is L_i / 2 \[m\]. Each joint turns about the near link's e_y, then about the
-    /// far link's e_x (T 4.92)-(T 4.94).
+    /// Where all links are. A cardan joint turns about the near link's e_y, then about the far link's e_x
+    /// (T 4.92)-(T 4.94).
     #[inline(always)]
-    pub fn place_links(&self, half_length: &[T], frames: &mut [Frame<T>]) {
+    pub fn place_links(&self, shape: &ChainShape<T>, frames: &mut [Frame<T>]) {
+        let half_length = &shape.half_length;
         let mut frame = Frame { position: self.position, axes: rotation(&self.orientation) };
         frames[0] = frame;
-        for (i, [yaw, pitch]) in self.angle.iter().enumerate() {
+        for (i, ([yaw, pitch], axes)) in self.angle.iter().zip(&shape.axes).enumerate() {
             let joint = along(&frame.position, &frame.axes[2], half_length[i]);
-            let [x, y, z] = frame.axes;
-            let ((sin, cos), (sin_pitch, cos_pitch)) = (yaw.sin_cos(), pitch.sin_cos());
-            let (x, z) = (along(&scaled(&x, cos), &z, -sin), along(&scaled(&z, cos), &x, sin));
-            let (y, z) = (along(&scaled(&y, cos_pitch), &z, sin_pitch), along(&scaled(&z, cos_pitch), &y, -sin_pitch));
-            frame = Frame { position: along(&joint, &z, half_length[i + 1]), axes: [x, y, z] };
+            if axes.has(0) {
+                frame.axes = turned(*axes, &frame.axes, yaw.sin_cos());
+            }
+            if axes.has(1) {
+                frame.axes = pitched(&frame.axes, pitch.sin_cos());
+            }
+            frame.position = along(&joint, &frame.axes[2], half_length[i + 1]);
             frames[i + 1] = frame;
         }
     }
@@ -117,13 +138,15 @@ impl<T: Real> ChainVelocity<T> {
 
     /// Twists of all links placed at `frames`.
     #[inline(always)]
-    pub fn twists(&self, frames: &[Frame<T>], half_length: &[T], twist: &mut [Twist<T>]) {
+    pub fn twists(&self, frames: &[Frame<T>], shape: &ChainShape<T>, twist: &mut [Twist<T>]) {
+        let half_length = &shape.half_length;
         twist[0] = self.head;
-        for (i, rate) in self.rate.iter().enumerate() {
+        for (i, (rate, axes)) in self.rate.iter().zip(&shape.axes).enumerate() {
             let (near, far) = (&frames[i], &frames[i + 1]);
             let before = twist[i];
             let joint = before.velocity_at(&scaled(&near.axes[2], half_length[i]));
-            let angular = along(&along(&before.angular, &near.axes[1], rate[0]), &far.axes[0], rate[1]);
+            let [first, second] = hinge_directions(*axes, &near.axes, &far.axes);
+            let angular = along(&along(&before.angular, &first, rate[0]), &second, rate[1]);
             let linear = sum(&joint, &cross(&angular, &scaled(&far.axes[2], half_length[i + 1])));
             twist[i + 1] = Twist { linear, angular };
         }
@@ -177,6 +200,35 @@ pub fn rotation<T: Real>(q: &[T; 4]) -> [Vector3<T>; 3] {
         Vector3::new(one - two * (yy + zz), two * (x * y + w * z), two * (x * z - w * y)),
         Vector3::new(two * (x * y - w * z), one - two * (xx + zz), two * (y * z + w * x)),
         Vector3::new(two * (x * z + w * y), two * (y * z - w * x), one - two * (xx + yy)),
+    ]
+}
+
+/// Axes of a link that is turned about the first axis of a joint, e_y or the hinge's own, given sine and cosine.
+#[inline(always)]
+fn turned<T: Real>(axes: Axes, near: &[Vector3<T>; 3], (sin, cos): (T, T)) -> [Vector3<T>; 3] {
+    if let Axes::About(axis) = axes {
+        return turned_about(&axis.map(T::splat), near, (sin, cos));
+    }
+    let [x, y, z] = near;
+    [along(&scaled(x, cos), z, -sin), *y, along(&scaled(z, cos), x, sin)]
+}
+
+/// The same about e_x.
+#[inline(always)]
+fn pitched<T: Real>([x, y, z]: &[Vector3<T>; 3], (sin, cos): (T, T)) -> [Vector3<T>; 3] {
+    [*x, along(&scaled(y, cos), z, sin), along(&scaled(z, cos), y, -sin)]
+}
+
+/// The same about the unit vector `axis` along these axes.
+#[inline(always)]
+fn turned_about<T: Real>(axis: &[T; 3], near: &[Vector3<T>; 3], (sin, cos): (T, T)) -> [Vector3<T>; 3] {
+    let [a, b, c] = *axis;
+    let rest = T::splat(1.0) - cos;
+    let (ab, bc, ca) = (rest * a * b, rest * b * c, rest * c * a);
+    [
+        combined(near, &[cos + rest * a * a, ab + sin * c, ca - sin * b]),
+        combined(near, &[ab - sin * c, cos + rest * b * b, bc + sin * a]),
+        combined(near, &[ca + sin * b, bc - sin * a, cos + rest * c * c]),
     ]
 }
 

@@ -1,9 +1,13 @@
-//! Cardan joints: two free rotations, four constraints (T 4.2.4), (T 4.5).
+//! Cardan joints: two free rotations, four constraints (T 4.2.4), (T 4.5); and hinges, one free rotation.
 
-use nalgebra::{Vector2, Vector3, Vector4};
+use std::f64::consts::PI;
 
-use crate::robot::Link;
+use nalgebra::{Unit, UnitQuaternion, Vector2, Vector3, Vector4};
 
+use crate::math::Real;
+use crate::robot::{Axes, Link};
+
+use super::spatial_vector::combined;
 use super::{Pose, StackedTwist, turning};
 
 /// The axes of a joint's two free rotations, in frame I.
@@ -43,4 +47,54 @@ pub fn joint_rate(near: &Pose, near_twist: &StackedTwist, far: &Pose, far_twist:
     let relative = far.orientation * turning(far_twist) - near.orientation * turning(near_twist);
     let JointAxes { yaw, pitch } = joint_axes(near, far);
     Vector2::new(yaw.dot(&relative), pitch.dot(&relative))
+}
+
+/// Directions of both axes of a joint, given e_x^B, e_y^B and e_z^B of the links before and behind it; an axis that it does
+/// not have has some direction.
+#[inline(always)]
+pub fn hinge_directions<T: Real>(axes: Axes, near: &[Vector3<T>; 3], far: &[Vector3<T>; 3]) -> [Vector3<T>; 2] {
+    match axes {
+        Axes::About(axis) => [combined(far, &axis.map(T::splat)), far[0]],
+        _ => [near[1], far[0]],
+    }
+}
+
+/// Orientation of the link behind a joint with the given angles.
+pub fn turned_by(axes: Axes, near: &UnitQuaternion<f64>, [first, second]: [f64; 2]) -> UnitQuaternion<f64> {
+    let about = UnitQuaternion::from_axis_angle;
+    match axes {
+        Axes::Both => near * about(&Vector3::y_axis(), first) * about(&Vector3::x_axis(), second),
+        Axes::Yaw => near * about(&Vector3::y_axis(), first),
+        Axes::Pitch => near * about(&Vector3::x_axis(), second),
+        Axes::About(axis) => near * about(&Unit::new_unchecked(axis.into()), first),
+    }
+}
+
+/// [`joint_angle`] of a joint with any axes; zero about an axis that it does not have.
+pub fn axis_angles(axes: Axes, near: &Pose, far: &Pose) -> [f64; 2] {
+    match axes {
+        Axes::About(axis) => {
+            let turn = near.orientation.inverse() * far.orientation;
+            let half = turn.imag().dot(&Vector3::from(axis)).atan2(turn.w);
+            // A rotation has two quaternions, whose angles are a full turn apart.
+            [2.0 * (half - PI * (half / PI).round()), 0.0]
+        }
+        _ => of_axes(axes, joint_angle(near, far)),
+    }
+}
+
+/// [`joint_rate`] of a joint with any axes; zero about an axis that it does not have.
+pub fn axis_rates(axes: Axes, near: (&Pose, &StackedTwist), far: (&Pose, &StackedTwist)) -> [f64; 2] {
+    match axes {
+        Axes::About(axis) => {
+            let of_link = |(pose, twist): (&Pose, &StackedTwist)| pose.orientation * turning(twist);
+            let relative = far.0.orientation.inverse_transform_vector(&(of_link(far) - of_link(near)));
+            [relative.dot(&Vector3::from(axis)), 0.0]
+        }
+        _ => of_axes(axes, joint_rate(near.0, near.1, far.0, far.1)),
+    }
+}
+
+fn of_axes(axes: Axes, both: Vector2<f64>) -> [f64; 2] {
+    [0, 1].map(|axis| if axes.has(axis) { both[axis] } else { 0.0 })
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 use crate::robot::Robot;
 
-use super::{End, Pose, ground_gap, joint_gap};
+use super::{End, Pose, ground_gap, joint_gap, turned_by};
 
 /// Orientation of a link whose centre line points along (cos yaw cos pitch, sin yaw cos pitch, sin pitch), turned by
 /// `roll` about it; with roll 0 its e_x^B is horizontal and e_y^B points up \[rad\].
@@ -18,13 +18,12 @@ pub fn orientation_of(yaw: f64, pitch: f64, roll: f64) -> UnitQuaternion<f64> {
     about(&Vector3::z_axis(), yaw) * flat * about(&Vector3::x_axis(), -pitch) * about(&Vector3::z_axis(), roll)
 }
 
-/// Poses of a chain from the pose of link 1 and the joint angles (yaw, pitch) (T 4.92).
+/// Poses of a chain from the pose of link 1 and the joint angles (yaw, pitch) (T 4.92); those about axes that joints do
+/// not have are left out.
 pub fn assemble_chain(robot: &Robot, head: Pose, joint_angle: &[Vector2<f64>], pose: &mut [Pose]) {
     pose[0] = head;
     for (i, angle) in joint_angle.iter().enumerate() {
-        let yaw = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), angle.x);
-        let pitch = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle.y);
-        pose[i + 1].orientation = pose[i].orientation * yaw * pitch;
+        pose[i + 1].orientation = turned_by(robot.axes[i], &pose[i].orientation, (*angle).into());
     }
     close_positions(robot, pose);
 }

@@ -6,7 +6,7 @@ use crate::stepping::StageStop;
 
 use super::{
     ChainVelocity, Configuration, Frame, SpatialVector, Stage, StageDrive, StageLink, StageObstacleFriction, StagePair,
-    StageSolution, Wrench,
+    StageSolution, Wrench, hinge_directions,
 };
 
 laned! {
@@ -69,6 +69,7 @@ impl<T: Real> Stage<T> {
         to.friction.rolling = Real::lane(self.friction.rolling, lane);
         to.links.clear();
         to.links.extend(self.links.iter().map(|link| link.lane(lane)));
+        to.axes.clone_from(&self.axes);
         to.joints.clear();
         to.joints.extend(self.joints.iter().map(|joint| Laned::<T>::lane(joint, lane)));
         to.obstacle_friction.clear();
@@ -86,7 +87,7 @@ impl<T: Real> Stage<T> {
         to.stops.clear();
         for (axis, side) in StageStop::in_lane(&self.stops, lane) {
             let joint = axis / 2;
-            let about = [to.links[joint].axes[1], to.links[joint + 1].axes[0]][axis % 2];
+            let about = hinge_directions(to.axes_of(joint), &to.links[joint].axes, &to.links[joint + 1].axes)[axis % 2];
             let turn = StageStop::<T>::SIDES[side] * Real::lane(self.stops[axis].lever, lane);
             let direction = [turn, -turn].map(|turn| Wrench { angular: about * turn, ..Wrench::zero() });
             let offset = Real::lane(self.stops[axis].offset[side], lane);

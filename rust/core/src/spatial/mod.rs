@@ -40,11 +40,13 @@ mod workspace;
 
 pub use certificate::{Certificate, certify};
 pub use chain_state::ChainState;
-pub use configuration::{ChainVelocity, Configuration, Frame, LinkAxis};
+pub use configuration::{ChainShape, ChainVelocity, Configuration, Frame, LinkAxis};
 pub use dynamics::{inertia, mass_diagonal, potential_energy};
 pub use gap::{centre_line, nearest_point, obstacle_gap, peg_gap, solid_line, wall_gap};
 pub use ground::{End, ground_gap};
-pub use joint::{JointAxes, joint_angle, joint_axes, joint_gap, joint_rate};
+pub use joint::{
+    JointAxes, axis_angles, axis_rates, hinge_directions, joint_angle, joint_axes, joint_gap, joint_rate, turned_by,
+};
 pub use kinematics::{assemble_chain, close_positions, largest_joint_gap, orientation_of, rest_on_ground};
 pub use lane_fallback::observe_hard_stages;
 pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};

@@ -41,8 +41,8 @@ impl Model for Spatial {
         &system.robot
     }
 
-    fn follows(body: &SpatialBody, targets: &[CardanTarget]) -> bool {
-        body.warm_start.is_following(targets)
+    fn follows(system: &SpatialSystem, body: &SpatialBody, targets: &[CardanTarget]) -> bool {
+        body.warm_start.is_following(&system.robot.axes, targets)
     }
 
     fn to_reduced(system: &SpatialSystem, body: &mut SpatialBody) {
@@ -51,7 +51,7 @@ impl Model for Spatial {
 
     fn from_reduced(system: &SpatialSystem, body: &mut SpatialBody) {
         let mass = body.parameters.mass;
-        body.warm_start.write(&system.robot, mass, &system.half_length, &mut body.state);
+        body.warm_start.write(&system.robot, mass, &system.shape, &mut body.state);
     }
 }
 

@@ -118,3 +118,10 @@ pub(in crate::spatial) fn sum_with_cross<T: Real>(u: &Vector3<T>, a: &Vector3<T>
 pub(in crate::spatial) fn scaled<T: Real>(a: &Vector3<T>, factor: T) -> Vector3<T> {
     Vector3::new(a.x * factor, a.y * factor, a.z * factor)
 }
+
+/// The vector with these components along `axes`.
+#[inline(always)]
+pub(in crate::spatial) fn combined<T: Real>(axes: &[Vector3<T>; 3], components: &[T; 3]) -> Vector3<T> {
+    let [x, y, z] = axes;
+    along(&along(&scaled(x, components[0]), y, components[1]), z, components[2])
+}

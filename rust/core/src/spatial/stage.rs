@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::Real;
+use crate::robot::Axes;
 use crate::rows::{ContactRow, PairRow, Saved};
 use crate::stepping::StageStop;
 
@@ -68,6 +69,15 @@ pub struct StageDrive<T = f64> {
     pub slack: T,
 }
 
+impl<T: Real> StageDrive<T> {
+    /// Of an axis that nothing drives.
+    #[inline(always)]
+    pub fn none() -> Self {
+        let zero = T::zero();
+        Self { drive: zero, stiffness: zero, limit: zero, slack: zero }
+    }
+}
+
 /// Contact of a link with an obstacle, w_H with its angular part in frame I.
 pub type StageContact<T = f64> = ContactRow<Wrench<T>, T>;
 
@@ -112,7 +122,10 @@ pub struct Stage<T = f64> {
     pub coefficient: T,
     pub friction: StageFriction<T>,
     pub links: Vec<StageLink<T>>,
-    /// Yaw and pitch of each joint.
+    /// The axes of each joint; of those beyond the end, and so where it is empty, both.
+    #[serde(default)]
+    pub axes: Vec<Axes>,
+    /// Yaw and pitch of each joint; nothing drives an axis that it does not have.
     pub joints: Vec<[StageDrive<T>; 2]>,
     /// Of the two axes of each joint in turn; empty where no joint is near a stop.
     pub stops: Vec<StageStop<T>>,
@@ -131,6 +144,7 @@ impl<T: Real> Stage<T> {
             coefficient: zero,
             friction: StageFriction { sliding: Vector2::new(zero, zero), rolling: zero },
             links: Vec::with_capacity(links),
+            axes: Vec::with_capacity(links - 1),
             joints: Vec::with_capacity(links - 1),
             stops: Vec::with_capacity(2 * (links - 1)),
             contacts: Vec::with_capacity(CONTACTS_PER_LINK * links),
@@ -141,10 +155,17 @@ impl<T: Real> Stage<T> {
 }
 
 impl<T: Real> Stage<T> {
+    /// The axes of a joint.
+    #[inline(always)]
+    pub fn axes_of(&self, joint: usize) -> Axes {
+        self.axes.get(joint).copied().unwrap_or_default()
+    }
+
     /// Copies without freeing memory.
     pub fn copy_from(&mut self, other: &Self) {
         (self.coefficient, self.friction) = (other.coefficient, other.friction);
         self.links.clone_from(&other.links);
+        self.axes.clone_from(&other.axes);
         self.joints.clone_from(&other.joints);
         self.stops.clone_from(&other.stops);
         self.contacts.clone_from(&other.contacts);

@@ -7,6 +7,8 @@ use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::stepping::PlantParameters;
 
+use super::ChainShape;
+
 /// Robot, ground and controller: what no step changes.
 #[derive(Debug, Clone)]
 pub struct SpatialSystem {
@@ -19,8 +21,7 @@ pub struct SpatialSystem {
     pub stribeck: Stribeck,
     /// Acceleration of gravity in frame I, whose z axis is the ground's normal \[m/s^2\].
     pub gravity: Vector3<f64>,
-    /// Half the length of each link \[m\].
-    pub(super) half_length: Vec<f64>,
+    pub(super) shape: ChainShape,
 }
 
 impl SpatialSystem {
@@ -31,15 +32,14 @@ impl SpatialSystem {
         let expected = "\"pd\": the spatial model has no input-output linearisation";
         require(controller.law == ControlLaw::Pd, "law", "io", expected)?;
         let Scene { friction, rolling_friction, stribeck, slope, .. } = scene;
-        let half_length = robot.links.iter().map(|link| 0.5 * link.length).collect();
         Ok(Self {
             gravity: slope.acceleration(robot.gravity),
+            shape: ChainShape::new(&robot),
             robot,
             controller,
             friction: Vector2::from(*friction),
             rolling_friction: *rolling_friction,
             stribeck: *stribeck,
-            half_length,
         })
     }
 

@@ -121,7 +121,7 @@ fn prepare<D: Driven>(
         return;
     }
     robot.targets(robot.body().state.time(), targets);
-    let is_following = D::Model::follows(robot.body(), targets);
+    let is_following = D::Model::follows(system, robot.body(), targets);
     robot.body_mut().clock.next = if is_following { step } else { first_part(step) };
 }
 

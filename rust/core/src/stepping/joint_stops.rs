@@ -46,8 +46,10 @@ impl<T: Real> StageStop<T> {
 /// The stops of all axes of a register's robots: of each joint, and in 3D yaw before pitch.
 #[derive(Debug, Clone)]
 pub struct JointStops<T: Real> {
-    /// Largest angle \[rad\].
+    /// Largest angle of all axes to either side, zero where they have limits of their own \[rad\].
     limit: T,
+    /// Those: largest angle of each axis to both sides; empty where all are alike \[rad\].
+    bounds: Vec<[T; 2]>,
     /// Of each axis \[m\].
     lever: Vec<T>,
     /// The lanes with a joint near its limit at the predicted end, those of them whose stage has stops, and those that ended
@@ -74,8 +76,12 @@ impl<T: Real> JointStops<T> {
         let lever: Vec<_> =
             joints.iter().flat_map(|link| std::iter::repeat_n(T::splat(0.5 * link.length), axes)).collect();
         let none = vec![[T::zero(); 2]; lever.len()];
+        let largest = robot.joint_limit();
+        let alike = robot.joint_bounds.iter().all(|bounds| *bounds == [-largest, largest]);
+        let (limit, bounds) = if alike { (largest, Vec::new()) } else { (0.0, own_bounds(robot, axes)) };
         Self {
-            limit: T::splat(robot.joint_limit),
+            limit: T::splat(limit),
+            bounds,
             lever,
             near: T::Mask::of(|_| false),
             within_reach: T::Mask::of(|_| false),
@@ -87,6 +93,24 @@ impl<T: Real> JointStops<T> {
             closes_at: T::zero(),
             forecast: T::zero(),
         }
+    }
+
+    /// Whether joints have limits of their own.
+    pub fn has_own_bounds(&self) -> bool {
+        !self.bounds.is_empty()
+    }
+
+    /// How far the axis that is nearest to its limit, or farthest beyond, is beyond it; for joints with limits of their own
+    /// the `bend` of [`Self::predict`] and [`Self::arrive`] \[rad\].
+    #[inline(always)]
+    pub fn excess(&self, angles: impl Iterator<Item = T>) -> T {
+        let mut largest = T::splat(-StageStop::<T>::FAR);
+        let mut bounds = self.bounds.iter();
+        for angle in angles {
+            let Some([upper, lower]) = bounds.next() else { break };
+            largest = largest.max((angle - *upper).max(-angle - *lower));
+        }
+        largest
     }
 
     /// Records the lanes whose largest joint angle `bend` is near the limit.
@@ -150,10 +174,12 @@ impl<T: Real> JointStops<T> {
         if !self.near.any() {
             return;
         }
-        let mut levers = self.lever.iter();
+        let mut levers = self.lever.iter().enumerate();
         for (start, base) in angles {
-            let Some(&lever) = levers.next() else { break };
-            let offset = [self.offset(lever, start, base, c, elapsed), self.offset(lever, -start, -base, c, elapsed)];
+            let Some((axis, &lever)) = levers.next() else { break };
+            let [upper, lower] = self.bounds.get(axis).copied().unwrap_or([self.limit; 2]);
+            let offset =
+                [offset(upper, lever, start, base, c, elapsed), offset(lower, lever, -start, -base, c, elapsed)];
             self.stops.push(StageStop { lever, offset });
         }
         if !self.within_reach.any() {
@@ -166,13 +192,6 @@ impl<T: Real> JointStops<T> {
             stops.push(StageStop { lever: *lever, offset });
             impulses.push([T::select(reach, force[0] * c, zero), T::select(reach, force[1] * c, zero)]);
         }
-    }
-
-    /// Offset of the stop at the largest angle of an axis with these angles.
-    #[inline(always)]
-    fn offset(&self, lever: T, start: T, base: T, c: T, elapsed: T) -> T {
-        let kept = remaining_gap((lever * (start - self.limit)).max(T::zero()), elapsed);
-        ((lever * (self.limit - base) - kept) / c).max(T::splat(-RECOVERY_SPEED))
     }
 
     /// Keeps the forces of a solved stage in the given lanes, and when stops close; `rates` are those of the axes that were
@@ -228,6 +247,24 @@ impl<T: Real> JointStops<T> {
             closings.add_times(lane, self.closes_at.lane(lane), self.forecast.lane(lane));
         }
     }
+}
+
+/// Offset of the stop at the largest angle of an axis with these angles.
+#[inline(always)]
+fn offset<T: Real>(limit: T, lever: T, start: T, base: T, c: T, elapsed: T) -> T {
+    let kept = remaining_gap((lever * (start - limit)).max(T::zero()), elapsed);
+    ((lever * (limit - base) - kept) / c).max(T::splat(-RECOVERY_SPEED))
+}
+
+/// Largest angles of all axes to both sides, out of reach where a joint has no limit or not the axis.
+fn own_bounds<T: Real>(robot: &Robot, axes: usize) -> Vec<[T; 2]> {
+    let far = T::splat(StageStop::<T>::FAR);
+    let joints = robot.joint_bounds.iter().zip(&robot.axes);
+    let bounds = joints.flat_map(|([lower, upper], of_joint)| {
+        let of_axis = [T::splat(*upper).min(far), T::splat(-lower).min(far)];
+        (0..axes).map(move |axis| if axes == 1 || of_joint.has(axis) { of_axis } else { [far; 2] })
+    });
+    bounds.collect()
 }
 
 /// Distance of a joint from its limit below which the closing of its stops is forecast \[rad\].

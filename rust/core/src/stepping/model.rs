@@ -36,7 +36,7 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     fn robot(system: &Self::System) -> &Robot;
 
     /// Whether all joints move with their references: a robot placed in such motion has no start to resolve.
-    fn follows(body: &Body<Self>, targets: &[Self::Target]) -> bool;
+    fn follows(system: &Self::System, body: &Body<Self>, targets: &[Self::Target]) -> bool;
 
     /// Computes the reduced coordinates of the stages from the state, before an interval.
     fn to_reduced(_system: &Self::System, _body: &mut Body<Self>) {}

@@ -113,7 +113,7 @@ fn a_delay_shifts_the_joint_references_in_time() {
         let mut step = |_| {
             environment.step(&[0.5, 1.0, 0.0, 0.3], &mut observation);
             let mut angles = [0.0; 10];
-            environment.reference().angles(&mut angles);
+            environment.reference().angles((0..angles.len()).map(|joint| (joint, 0)), &mut angles);
             angles[4]
         };
         (0..30).map(&mut step).collect::<Vec<f64>>()

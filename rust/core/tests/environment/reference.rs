@@ -164,7 +164,7 @@ fn joint_actions_arrive_at_the_angles_they_ask_for() {
         generator.finish_period();
     }
     let mut angles = [0.0; JOINTS];
-    generator.angles(&mut angles);
+    generator.angles((0..angles.len()).map(|joint| (joint, 0)), &mut angles);
     for (angle, action) in angles.iter().zip(action) {
         assert!((angle - action * 70f64.to_radians()).abs() < 1e-9);
     }
@@ -180,7 +180,7 @@ fn references_turn_at_the_rates_they_are_asked_for() {
         generator.set_action(&action, f64::from(k) * PERIOD);
         generator.finish_period();
         angles[usize::from(k == 39)] = [0.0; JOINTS];
-        generator.angles(&mut angles[usize::from(k == 39)]);
+        generator.angles((0..5).map(|joint| (joint, 0)), &mut angles[usize::from(k == 39)]);
     }
     for (joint, action) in action.iter().enumerate() {
         // 2 s are 60 time constants of the filter.

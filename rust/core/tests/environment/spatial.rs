@@ -179,7 +179,7 @@ fn starts_rest_on_the_ground_clear_of_pegs_and_on_their_references() {
                 assert!(model.simulation.min_gap() > -1e-12, "{task:?}, {}", model.simulation.min_gap());
                 let pose = &model.simulation.state().pose;
                 let mut reference = [0.0; 20];
-                model.reference.angles(&mut reference);
+                model.reference.angles(model.robot().axis_list(), &mut reference);
                 for (j, angle) in reference.chunks(2).enumerate() {
                     let error = joint_angle(&pose[j], &pose[j + 1]) - nalgebra::Vector2::new(angle[0], angle[1]);
                     assert!(error.norm() < 1e-12, "{task:?}, {action_mode:?}: {error:?}");

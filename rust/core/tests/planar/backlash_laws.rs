@@ -142,7 +142,7 @@ fn a_loaded_joint_lags_by_half_its_play_and_the_load_over_the_gain() {
     let pd = ControllerConfig { kp: 5.0, kd: 0.1, ..ControllerConfig::default() };
     for rate in [0.1, -0.1] {
         for (name, scheme) in [("implicit 1", implicit(2e-3, 1)), ("implicit 2", implicit(2e-3, 2))] {
-            let unlimited = RobotConfig { joint_limit: Some(f64::INFINITY), ..loose(2) };
+            let unlimited = RobotConfig { joint_limit: Some(f64::INFINITY.into()), ..loose(2) };
             let mut pair = build(&unlimited, &ground([0.2, 0.2]), &pd, &scheme);
             pair.place_chain(0.0, 0.0, 0.0, &[FRAC_PI_2]);
             let load = |phi: f64| FRICTION * (0.5 * phi).sin();

@@ -5,14 +5,14 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector2;
 use snake_core::control::ControllerConfig;
 use snake_core::planar::{Pose, Twist};
-use snake_core::robot::RobotConfig;
+use snake_core::robot::{JointLimit, OneLimit, RobotConfig};
 use snake_core::simulation::PlanarSimulation;
 use snake_test_support::planar::{Hold, LIMP, build, ground, implicit, momentum, moving_chain};
 
 const LIMIT: f64 = 0.9;
 
 fn limited(links: usize) -> RobotConfig {
-    RobotConfig { links, joint_limit: Some(LIMIT), ..RobotConfig::default() }
+    RobotConfig { links, joint_limit: Some(LIMIT.into()), ..RobotConfig::default() }
 }
 
 fn bend(simulation: &PlanarSimulation, joint: usize) -> f64 {
@@ -84,14 +84,14 @@ fn joints_have_right_angles_for_limits_unless_others_are_chosen() {
     let links =
         |joint_limit| RobotConfig { links: 3, joint_limit, self_contact: Some(false), ..RobotConfig::default() };
     assert!((largest(&links(None)) - FRAC_PI_2).abs() < 1e-6);
-    assert!((largest(&links(Some(1.2))) - 1.2).abs() < 1e-6);
-    assert!(largest(&links(Some(f64::INFINITY))) > 1.7);
+    assert!((largest(&links(Some(1.2.into()))) - 1.2).abs() < 1e-6);
+    assert!(largest(&links(Some(f64::INFINITY.into()))) > 1.7);
 }
 
 /// A joint with hardly any room strikes both of its stops.
 #[test]
 fn a_joint_of_narrow_range_stays_between_its_stops() {
-    let robot = RobotConfig { links: 2, joint_limit: Some(0.02), ..RobotConfig::default() };
+    let robot = RobotConfig { links: 2, joint_limit: Some(0.02.into()), ..RobotConfig::default() };
     let pd = ControllerConfig { kp: 200.0, kd: 0.1, ..ControllerConfig::default() };
     let mut simulation = build(&robot, &ground([0.0, 0.0]), &pd, &implicit(1e-2, 2));
     simulation.place_chain(0.0, 0.0, 0.0, &[0.0]);
@@ -107,8 +107,8 @@ fn a_joint_of_narrow_range_stays_between_its_stops() {
 /// Far from their limits joints move as without them, bit for bit.
 #[test]
 fn a_limit_that_no_joint_meets_changes_nothing() {
-    let run = |joint_limit| {
-        let robot = RobotConfig { joint_limit: Some(joint_limit), ..RobotConfig::default() };
+    let run = |joint_limit: f64| {
+        let robot = RobotConfig { joint_limit: Some(joint_limit.into()), ..RobotConfig::default() };
         let mut simulation = build(&robot, &ground([0.2, 0.5]), &ControllerConfig::default(), &implicit(1e-2, 2));
         simulation.place_chain(0.0, 0.0, 0.0, &[0.1; 10]);
         simulation.advance(1.0, &Hold(0.5));
@@ -130,5 +130,29 @@ fn a_reference_that_jumps_does_not_carry_joints_past_their_limit() {
             assert!(farthest < LIMIT + 1e-4, "order {order}: {farthest}");
         }
         assert!(bend(&simulation, 0) > LIMIT - 1e-4);
+    }
+}
+
+/// Each joint is held at its own stops, on either side.
+#[test]
+fn joints_have_limits_of_their_own() {
+    let limits = vec![OneLimit::Between(vec![-0.3, 0.7]), OneLimit::Either(f64::INFINITY), OneLimit::Either(0.5)];
+    let robot = RobotConfig {
+        links: 4,
+        joint_limit: Some(JointLimit::Each(limits)),
+        self_contact: Some(false),
+        ..RobotConfig::default()
+    };
+    let pd = ControllerConfig { kp: 20.0, kd: 0.5, ..ControllerConfig::default() };
+    for (wanted, bounds) in [(1.2, [0.7, 1.2, 0.5]), (-1.2, [-0.3, -1.2, -0.5])] {
+        let mut simulation = build(&robot, &ground([0.0, 0.0]), &pd, &implicit(1e-2, 2));
+        simulation.place_chain(0.0, 0.0, 0.0, &[0.0; 3]);
+        for _ in 0..300 {
+            assert_eq!(simulation.advance(1e-2, &Hold(wanted)).unconverged, 0);
+        }
+        for (joint, bound) in bounds.into_iter().enumerate() {
+            let angle = simulation.state().joint_angle(joint);
+            assert!((angle - bound).abs() < 2e-4, "{wanted}: {angle} of joint {joint}");
+        }
     }
 }

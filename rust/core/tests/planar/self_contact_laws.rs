@@ -206,7 +206,7 @@ fn self_contact_does_not_allocate() {
 /// of symmetry. After the inelastic impact nothing can turn: all moves on with the common velocity P / M.
 #[test]
 fn two_rods_that_meet_head_on_keep_their_momentum_and_lose_the_rest() {
-    let robot = RobotConfig { links: 3, joint_limit: Some(f64::INFINITY), ..RobotConfig::default() };
+    let robot = RobotConfig { links: 3, joint_limit: Some(f64::INFINITY.into()), ..RobotConfig::default() };
     let mut simulation = build(&robot, &ground([0.0, 0.0]), &LIMP, &implicit(2e-3, 2));
     simulation.place_chain(0.0, 0.0, FRAC_PI_2, &[-1.4; 2]);
     let pose: Vec<Pose> = simulation.state().pose.clone();

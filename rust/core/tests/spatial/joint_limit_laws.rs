@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanTarget, JointTarget, Reference};
 use snake_core::planar;
-use snake_core::robot::RobotConfig;
+use snake_core::robot::{AxesConfig, JointLimit, OneJoint, OneLimit, RobotConfig};
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, joint_angle, joint_axes, orientation_of, turning, twist_of};
@@ -16,7 +16,7 @@ use snake_test_support::spatial::implicit;
 const LIMIT: f64 = 0.9;
 
 fn limited(links: usize) -> RobotConfig {
-    RobotConfig { links, joint_limit: Some(LIMIT), ..RobotConfig::default() }
+    RobotConfig { links, joint_limit: Some(LIMIT.into()), ..RobotConfig::default() }
 }
 
 /// A reference that never changes, (yaw, pitch) of all joints.
@@ -198,14 +198,14 @@ fn joints_have_right_angles_for_limits_unless_others_are_chosen() {
         farthest(&simulation)
     };
     assert!((largest(None) - FRAC_PI_2).abs() < 1e-6);
-    assert!((largest(Some(1.2)) - 1.2).abs() < 1e-6);
-    assert!(largest(Some(f64::INFINITY)) > 1.7);
+    assert!((largest(Some(1.2.into())) - 1.2).abs() < 1e-6);
+    assert!(largest(Some(f64::INFINITY.into())) > 1.7);
 }
 
 /// A joint with hardly any room strikes both stops of both axes.
 #[test]
 fn a_joint_of_narrow_range_stays_between_its_stops() {
-    let robot = RobotConfig { links: 2, joint_limit: Some(0.02), ..RobotConfig::default() };
+    let robot = RobotConfig { links: 2, joint_limit: Some(0.02.into()), ..RobotConfig::default() };
     let pd = ControllerConfig { kp: 200.0, kd: 0.1, ..ControllerConfig::default() };
     let mut simulation = lying(&robot, &ground([0.0, 0.0]), &pd, 1e-2);
     for wanted in [[0.5, 0.0], [-0.5, 0.5], [0.5, -0.5]] {
@@ -221,8 +221,8 @@ fn a_joint_of_narrow_range_stays_between_its_stops() {
 /// Far from their limits joints move as without them, bit for bit.
 #[test]
 fn a_limit_that_no_joint_meets_changes_nothing() {
-    let run = |joint_limit| {
-        let robot = RobotConfig { joint_limit: Some(joint_limit), ..RobotConfig::default() };
+    let run = |joint_limit: f64| {
+        let robot = RobotConfig { joint_limit: Some(joint_limit.into()), ..RobotConfig::default() };
         let pd = ControllerConfig::default();
         let mut simulation = lying(&robot, &ground([0.2, 0.5]), &pd, 1e-2);
         simulation.advance(1.0, &Bend([0.5, 0.1]));
@@ -262,4 +262,55 @@ fn stops_act_as_in_the_plane() {
     for (flat, pose) in flat_robot.state().pose.iter().zip(&simulation.state().pose) {
         assert!((flat.xy() - pose.position.xy()).norm() < 1e-4, "{flat} {}", pose.position);
     }
+}
+
+/// Each joint is held at its own stops, on either side, about the axes that it has.
+#[test]
+fn joints_have_limits_of_their_own() {
+    let limits = [OneLimit::Between(vec![-0.3, 0.7]), OneLimit::Either(0.5), OneLimit::Between(vec![0.0, 0.9])];
+    let names = ["both", "yaw", "pitch"].map(|name| OneJoint::Named(name.to_owned()));
+    let robot = RobotConfig {
+        links: 4,
+        joint_limit: Some(JointLimit::Each(limits.into())),
+        axes: AxesConfig::Each(names.into()),
+        self_contact: Some(false),
+        ..RobotConfig::default()
+    };
+    let pd = ControllerConfig { kp: 20.0, kd: 0.5, ..ControllerConfig::default() };
+    for (wanted, bounds) in
+        [(1.2, [[0.7, 0.7], [0.5, 0.0], [0.0, 0.9]]), (-1.2, [[-0.3, -0.3], [-0.5, 0.0], [0.0, 0.0]])]
+    {
+        let mut simulation = SpatialSimulation::new(
+            &RobotConfig { gravity: 1e-9, ..robot.clone() },
+            &ground([0.0; 2]),
+            &pd,
+            &implicit(1e-2, 2),
+        )
+        .expect("admissible");
+        let head = Pose { position: Vector3::new(0.0, 0.0, 9.0), orientation: orientation_of(0.0, 0.0, 0.0) };
+        simulation.place_chain(head, &[Vector2::zeros(); 3]);
+        for _ in 0..300 {
+            let report = simulation.advance(1e-2, &Bend([wanted; 2]));
+            assert_eq!(report.unconverged, 0);
+        }
+        for (joint, bounds) in bounds.iter().enumerate() {
+            let angle = simulation.joint_angle(joint);
+            assert!(
+                (0..2).all(|axis| (angle[axis] - bounds[axis]).abs() < 2e-6),
+                "{wanted}: {angle:?} of joint {joint}"
+            );
+        }
+    }
+}
+
+#[test]
+fn limits_that_cross_are_named() {
+    let limits =
+        |third: OneLimit| JointLimit::Each(vec![OneLimit::Either(f64::INFINITY), OneLimit::Either(1.0), third]);
+    for wrong in [vec![0.2, 0.5], vec![0.5, -0.5], vec![0.0, 0.0], vec![0.5], vec![f64::NAN, 1.0]] {
+        let error = limits(OneLimit::Between(wrong.clone())).expand(3).expect_err("refused");
+        assert_eq!((error.field.as_str(), error.value), ("joint_limit[2]", format!("{wrong:?}")));
+    }
+    assert_eq!(limits(OneLimit::Either(-1.0)).expand(3).expect_err("refused").field, "joint_limit[2]");
+    assert_eq!(limits(OneLimit::Either(1.0)).expand(4).expect_err("refused").field, "joint_limit");
 }

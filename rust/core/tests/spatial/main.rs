@@ -6,6 +6,7 @@ mod capsule_geometry;
 mod discrepancy_laws;
 mod flight;
 mod ground_geometry;
+mod hinge_laws;
 mod implicit_laws;
 mod joint_limit_laws;
 mod joints;

@@ -17,7 +17,7 @@ use snake_test_support::spatial::{DEGREE, implicit, undulation};
 
 /// Joints turn as far as the links let them.
 fn solid(links: usize) -> RobotConfig {
-    RobotConfig { links, self_contact: true.into(), joint_limit: Some(f64::INFINITY), ..RobotConfig::default() }
+    RobotConfig { links, self_contact: true.into(), joint_limit: Some(f64::INFINITY.into()), ..RobotConfig::default() }
 }
 
 fn hollow(links: usize) -> RobotConfig {

@@ -5,8 +5,8 @@ use nalgebra::{DVector, Vector2, Vector3};
 use snake_core::robot::Robot;
 use snake_core::solver::{CoupledStage, SolveStatus};
 use snake_core::spatial::{
-    Configuration, CoulombNewton, Fallback, Frame, Momentum, Newton, Stage, StageContact, StageDrive, StageFriction,
-    StageLink, StageSolution, Wrench, certify,
+    ChainShape, Configuration, CoulombNewton, Fallback, Frame, Momentum, Newton, Stage, StageContact, StageDrive,
+    StageFriction, StageLink, StageSolution, Wrench, certify,
 };
 use snake_test_support::planar::Random;
 use snake_test_support::spatial_stage::{Dense, stacked};
@@ -25,9 +25,8 @@ pub fn chain(random: &mut Random, links: usize, bend: f64, tilt: f64) -> Stage {
     for angle in &mut configuration.angle {
         *angle = [random.between(-bend, bend), random.between(-tilt, tilt)];
     }
-    let half_length: Vec<f64> = robot.links.iter().map(|link| 0.5 * link.length).collect();
     let mut frames = vec![Frame::origin(); links];
-    configuration.place_links(&half_length, &mut frames);
+    configuration.place_links(&ChainShape::new(&robot), &mut frames);
     let mut stage = Stage::with_capacity(links);
     stage.coefficient = C;
     stage.friction = StageFriction { sliding: Vector2::new(0.2, 0.3), rolling: 0.02 };

@@ -13,6 +13,8 @@ pub struct Items<'py> {
     pub items: std::iter::Enumerate<std::vec::IntoIter<Bound<'py, PyAny>>>,
     /// Levels of nesting above.
     pub depth: usize,
+    /// Whether numbers among them may be infinite.
+    pub is_unbounded: bool,
 }
 
 impl<'de> SeqAccess<'de> for Items<'_> {
@@ -20,7 +22,7 @@ impl<'de> SeqAccess<'de> for Items<'_> {
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Error> {
         let Some((index, item)) = self.items.next() else { return Ok(None) };
-        let value = seed.deserialize(Deserializer::within(&item, self.depth));
+        let value = seed.deserialize(Deserializer::within(&item, self.depth).unbounded_if(self.is_unbounded));
         value.map(Some).map_err(|error| error.at(&item).inside(format!("[{index}]")))
     }
 

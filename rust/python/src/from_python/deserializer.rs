@@ -30,6 +30,10 @@ impl<'py> Deserializer<'py> {
         Self { value: plain.unwrap_or_else(|| value.clone()), depth: depth + 1, is_unbounded: false }
     }
 
+    pub fn unbounded_if(self, is_unbounded: bool) -> Self {
+        Self { is_unbounded, ..self }
+    }
+
     fn text(&self, expected: &str) -> Result<String, Error> {
         let text = self.value.cast::<PyString>().map_err(|_| Error::new(expected))?;
         text.to_str().map(str::to_owned).map_err(|_| Error::new(expected))
@@ -62,7 +66,7 @@ impl<'py> Deserializer<'py> {
         let sequence = self.value.cast::<PySequence>().ok().filter(|_| !is_text && self.depth < DEEPEST);
         let items = sequence.and_then(|sequence| sequence.to_list().ok());
         let items: Vec<_> = items.ok_or_else(|| Error::new(expected))?.iter().collect();
-        Ok(Items { items: items.into_iter().enumerate(), depth: self.depth })
+        Ok(Items { items: items.into_iter().enumerate(), depth: self.depth, is_unbounded: self.is_unbounded })
     }
 
     /// The fields of a mapping, or of a dataclass if `takes` it.

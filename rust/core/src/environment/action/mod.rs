@@ -46,8 +46,16 @@ pub enum Parameter {
 impl Parameter {
     /// Whether it describes the waves; the others belong to single joints.
     pub fn is_of_wave(self) -> bool {
+        self.of_joint().is_none()
+    }
+
+    /// Axis and joint, of a parameter of a single joint.
+    pub fn of_joint(self) -> Option<(usize, usize)> {
         use Parameter::{Joint, JointRate, JointTorque};
-        !matches!(self, Joint { .. } | JointRate { .. } | JointTorque { .. })
+        match self {
+            Joint { axis, joint } | JointRate { axis, joint } | JointTorque { axis, joint } => Some((axis, joint)),
+            _ => None,
+        }
     }
 
     pub fn unit(self) -> &'static str {

@@ -2,13 +2,15 @@
 
 use crate::environment::config::ActionMode;
 use crate::environment::default_gait::DefaultGait;
+use crate::robot::Axes;
 
 use super::Parameter::{Amplitude, Frequency, Offset, Phase, PhaseShift};
 use super::{ANGLES, ActionEntry, JointAction, JointKind, PITCH, RATES, YAW, entry, joint_entries};
 
 /// The entries of an action, in order; action zero holds `gait`, torques reach `torque_limit` \[N m\]. All ranges
 /// together keep the references within 90 degrees.
-pub fn spatial_entries(mode: ActionMode, gait: &DefaultGait, joints: usize, torque_limit: f64) -> Vec<ActionEntry> {
+pub fn spatial_entries(mode: ActionMode, gait: &DefaultGait, axes: &[Axes], torque_limit: f64) -> Vec<ActionEntry> {
+    let joint_entries = |all| joint_entries(axes.len(), all).filter_map(|entry| of_own_axis(entry, axes));
     let of_axis = |axis, name, kind, meaning| JointAction { axis, name, kind, meaning };
     let waves = || horizontal_wave(gait).into_iter().chain(vertical_wave(gait));
     match mode {
@@ -17,36 +19,46 @@ pub fn spatial_entries(mode: ActionMode, gait: &DefaultGait, joints: usize, torq
             let yaw = JointKind::Angle([ANGLES[YAW], RATES[YAW]]);
             let pitch = JointKind::Angle([ANGLES[PITCH], RATES[PITCH]]);
             let meaning = "reference of a joint's pitch angle; positive lowers the next link";
-            let axes = vec![
+            let all = vec![
                 of_axis(YAW, "yaw", yaw, "reference of a joint's yaw angle"),
                 of_axis(PITCH, "pitch", pitch, meaning),
             ];
-            joint_entries(joints, axes).collect()
+            joint_entries(all).collect()
         }
         ActionMode::Residual => {
             let offset = || JointKind::Angle([10.0, 60.0]);
-            let axes = vec![
+            let all = vec![
                 of_axis(YAW, "yaw_offset", offset(), "angle added to the horizontal wave at a joint"),
                 of_axis(PITCH, "pitch_offset", offset(), "angle added to the vertical wave at a joint"),
             ];
-            waves().chain(joint_entries(joints, axes)).collect()
+            waves().chain(joint_entries(all)).collect()
         }
         ActionMode::Velocities => {
-            let axes = vec![
+            let all = vec![
                 of_axis(YAW, "yaw_velocity", JointKind::Rate(RATES[YAW]), "rate of the reference of a yaw angle"),
                 of_axis(PITCH, "pitch_velocity", JointKind::Rate(RATES[PITCH]), "rate of that of a pitch angle"),
             ];
-            joint_entries(joints, axes).collect()
+            joint_entries(all).collect()
         }
         ActionMode::Torques => {
             let torque = || JointKind::Torque(torque_limit);
-            let axes = vec![
+            let all = vec![
                 of_axis(YAW, "yaw_torque", torque(), "torque that increases a yaw angle"),
                 of_axis(PITCH, "pitch_torque", torque(), "torque that increases a pitch angle"),
             ];
-            joint_entries(joints, axes).collect()
+            joint_entries(all).collect()
         }
     }
+}
+
+/// The entry where its joint has the axis, with the name of that.
+fn of_own_axis(entry: ActionEntry, axes: &[Axes]) -> Option<ActionEntry> {
+    let (axis, joint) = entry.parameter.of_joint()?;
+    let name = match axes[joint] {
+        Axes::About(_) => entry.name.replacen("yaw", axes[joint].name(axis), 1),
+        _ => entry.name,
+    };
+    axes[joint].has(axis).then_some(ActionEntry { name, ..entry })
 }
 
 /// The amplitude ends at 60 degrees; the phase shift reaches zero, at which all joints bend alike and the robot rolls.

@@ -2,6 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use crate::environment::action::YAW;
 use crate::environment::observation::{BlockRow, always, each, even, joint_angle, joint_rate, named, odd};
 
 use super::planar::PlanarRobot;
@@ -52,7 +53,9 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<PlanarRobot>] = &[
         scale: |_| FRAC_PI_2,
         bound: 1.0,
         memory: false,
-        read: |view, values| view.model.reference.angles(values),
+        read: |view, values| {
+            view.model.reference.angles((0..values.len()).map(|joint| (joint, YAW)), values);
+        },
     },
     BlockRow {
         name: "wave",

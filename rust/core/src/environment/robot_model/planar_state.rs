@@ -10,35 +10,35 @@ pub const STATE: &[Quantity<PlanarRobot>] = &[
         name: "link_position",
         unit: "m",
         description: "CG of each link",
-        shape: |links| vec![links, 2],
+        shape: |robot| vec![robot.link_count(), 2],
         read: |environment, value| write_rows(value, environment.state().pose.iter().map(|q| [q.x, q.y])),
     },
     Quantity {
         name: "link_angle",
         unit: "rad",
         description: "absolute angle theta of each link; link 1 leads, so the body points backwards along it",
-        shape: |links| vec![links],
+        shape: |robot| vec![robot.link_count()],
         read: |environment, value| write_rows(value, environment.state().pose.iter().map(|q| [q.z])),
     },
     Quantity {
         name: "link_velocity",
         unit: "m/s",
         description: "velocity of each link's CG",
-        shape: |links| vec![links, 2],
+        shape: |robot| vec![robot.link_count(), 2],
         read: |environment, value| write_rows(value, environment.state().twist.iter().map(|u| [u.x, u.y])),
     },
     Quantity {
         name: "link_angular_velocity",
         unit: "rad/s",
         description: "angular velocity of each link",
-        shape: |links| vec![links],
+        shape: |robot| vec![robot.link_count()],
         read: |environment, value| write_rows(value, environment.state().twist.iter().map(|u| [u.z])),
     },
     Quantity {
         name: "joint_angle",
         unit: "rad",
         description: "angle of each joint; positive bends the body to the right, going forward",
-        shape: |links| vec![links - 1],
+        shape: |robot| vec![robot.joint_count()],
         read: |environment, value| {
             let state = environment.state();
             value.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_angle(joint));
@@ -48,7 +48,7 @@ pub const STATE: &[Quantity<PlanarRobot>] = &[
         name: "joint_rate",
         unit: "rad/s",
         description: "angular velocity of each joint",
-        shape: |links| vec![links - 1],
+        shape: |robot| vec![robot.joint_count()],
         read: |environment, value| {
             let state = environment.state();
             value.iter_mut().enumerate().for_each(|(joint, value)| *value = state.joint_rate(joint));
@@ -58,21 +58,21 @@ pub const STATE: &[Quantity<PlanarRobot>] = &[
         name: "joint_torque",
         unit: "N m",
         description: "torque of each actuator in the last integration step, thesis sign",
-        shape: |links| vec![links - 1],
+        shape: |robot| vec![robot.joint_count()],
         read: |environment, value| value.copy_from_slice(environment.simulation().joint_torque()),
     },
     Quantity {
         name: "contact_force",
         unit: "N",
         description: "force of the obstacles on each link, averaged over the last control period",
-        shape: |links| vec![links, 2],
+        shape: |robot| vec![robot.link_count(), 2],
         read: |environment, value| write_rows(value, environment.model().peg_force().iter().map(|f| [f.x, f.y])),
     },
     Quantity {
         name: "self_contact_force",
         unit: "N",
         description: "force of the robot's other links on each link, averaged over the last control period",
-        shape: |links| vec![links, 2],
+        shape: |robot| vec![robot.link_count(), 2],
         read: |environment, value| {
             write_rows(value, environment.model().self_contact_force().iter().map(|f| [f.x, f.y]));
         },

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::simulation::{Simulation, SpatialSimulation, SpatialSnapshot};
-use crate::spatial::{Pose, Spatial, SpatialState, joint_angle, joint_rate, orientation_of, turning};
+use crate::spatial::{Pose, Spatial, SpatialState, orientation_of, turning};
 
 use super::saved_robot::{MeanForces, SavedRobot, common_length};
 use super::{RobotModel, spatial_observation, spatial_state};
@@ -115,11 +115,12 @@ impl RobotModel for SpatialRobot {
     fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
         let scene = config.scene(Vec::new());
         let simulation = SpatialSimulation::new(&config.robot, &scene, &config.controller(), &config.integrator)?;
-        let (links, joints) = (simulation.robot().link_count(), simulation.robot().joint_count());
+        let robot = simulation.robot();
+        let (links, joints) = (robot.link_count(), robot.joint_count());
         let gait = config.default_gait();
-        let entries = spatial_entries(config.action_mode, &gait, joints, config.largest_torque());
+        let entries = spatial_entries(config.action_mode, &gait, &robot.axes, config.largest_torque());
         Ok(Self {
-            reference: ReferenceGenerator::new(entries, gait, config.control_period),
+            reference: ReferenceGenerator::new(entries, gait, config.control_period).on(&robot.axes),
             posture: vec![Vector2::zeros(); joints],
             forces: SpatialForces::zero(links),
             simulation,
@@ -233,16 +234,13 @@ impl RobotModel for SpatialRobot {
     }
 
     fn joint_coordinates(&self) -> usize {
-        2 * self.robot().joint_count()
+        self.robot().axis_list().count()
     }
 
     fn read_joints(&self, angle: &mut [f64], rate: &mut [f64]) {
-        let SpatialState { pose, twist, .. } = self.simulation.state();
-        let values = angle.chunks_exact_mut(2).zip(rate.chunks_exact_mut(2));
-        for ((angle, rate), (pose, twist)) in values.zip(pose.windows(2).zip(twist.windows(2))) {
-            angle.copy_from_slice(joint_angle(&pose[0], &pose[1]).as_slice());
-            rate.copy_from_slice(joint_rate(&pose[0], &twist[0], &pose[1], &twist[1]).as_slice());
-        }
+        let robot = self.robot();
+        angle.iter_mut().zip(robot.of_axes(self.joint_angles())).for_each(|(angle, present)| *angle = present);
+        rate.iter_mut().zip(robot.of_axes(self.joint_rates())).for_each(|(rate, present)| *rate = present);
     }
 
     fn link(&self, index: usize) -> LinkPose {
@@ -285,18 +283,27 @@ impl SpatialRobot {
         self.forces.ground.iter().zip(&self.forces.top).map(|(ground, top)| ground + top)
     }
 
+    /// Angles of the joints, zero about axes that they do not have \[rad\].
+    pub fn joint_angles(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        (0..self.robot().joint_count()).map(|joint| self.simulation.joint_angle(joint))
+    }
+
+    /// And their rates \[rad/s\].
+    pub fn joint_rates(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
+        (0..self.robot().joint_count()).map(|joint| self.simulation.joint_rate(joint))
+    }
+
     /// Locked joints keep their present angles.
     fn lock_joints(&mut self) {
-        let pose = &self.simulation.state().pose;
-        let angle = |joint: usize| joint_angle(&pose[joint], &pose[joint + 1]).into();
+        let angle = |joint: usize| self.simulation.joint_angle(joint);
         let locked = self.simulation.robot().locked();
         self.reference.lock(locked.map(|joint| Held { joint, angle: angle(joint) }));
     }
 
     /// Keeps references that integrate rates near the joints.
     fn limit_windup(&mut self) {
-        let (pose, controller) = (&self.simulation.state().pose, &self.simulation.system().controller);
-        let angle = |joint: usize, axis: usize| joint_angle(&pose[joint], &pose[joint + 1])[axis];
+        let controller = &self.simulation.system().controller;
+        let angle = |joint: usize, axis: usize| self.simulation.joint_angle(joint)[axis];
         self.reference.limit_windup(controller.saturation(), angle);
     }
 
@@ -309,8 +316,7 @@ impl SpatialRobot {
 
     /// Number of joints whose yaw or pitch is beyond a right angle, where the stop of a joint is by default.
     pub fn overbent(&self) -> usize {
-        let joints = self.simulation.state().pose.windows(2);
-        joints.filter(|pose| joint_angle(&pose[0], &pose[1]).amax() > FRAC_PI_2 + AT_STOP).count()
+        self.joint_angles().filter(|[a, b]| a.abs().max(b.abs()) > FRAC_PI_2 + AT_STOP).count()
     }
 
     pub fn attitude(&self) -> Attitude {

@@ -4,7 +4,11 @@ use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::environment::observation::{BlockRow, View, always, each, even, joint_angle, joint_rate, named, odd};
+use crate::environment::action::YAW;
+use crate::environment::observation::{
+    BlockRow, Element, Setup, View, always, each, even, joint_angle, joint_rate, named, odd,
+};
+use crate::environment::symmetry::Parity;
 use crate::spatial::turning;
 
 use super::RobotModel;
@@ -14,10 +18,10 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
     BlockRow {
         name: "joint_angle",
         unit: "rad",
-        description: "yaw and pitch of each joint; going forward, a positive yaw bends the body to the right, a \
+        description: "yaw and pitch of each joint, or its angles about the `axes` of the robot; going forward, a positive yaw bends the body to the right, a \
                       positive pitch lowers the link behind",
         present: always,
-        elements: |setup| each(setup.joints(), &[odd("yaw_#"), even("pitch_#")]),
+        elements: each_axis,
         scale: |_| FRAC_PI_2,
         bound: 2.0,
         memory: true,
@@ -28,7 +32,7 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
         unit: "rad/s",
         description: "angular velocities of each joint",
         present: always,
-        elements: |setup| each(setup.joints(), &[odd("yaw_#"), even("pitch_#")]),
+        elements: each_axis,
         scale: |_| 2.5,
         bound: 4.0,
         memory: false,
@@ -130,11 +134,11 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
         unit: "rad",
         description: "smoothed reference angles of each joint",
         present: |setup| setup.config.action_mode.has_references(),
-        elements: |setup| each(setup.joints(), &[odd("yaw_#"), even("pitch_#")]),
+        elements: each_axis,
         scale: |_| FRAC_PI_2,
         bound: 1.0,
         memory: false,
-        read: |view, values| view.model.reference.angles(values),
+        read: |view, values| view.model.reference.angles(view.model.robot().axis_list(), values),
     },
     BlockRow {
         name: "wave",
@@ -152,6 +156,16 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
         read: |view, values| view.model.reference.describe_wave(values),
     },
 ];
+
+/// An element for each axis of the joints. In a reflection angles about axes that are not across the robot change their
+/// signs; a robot with oblique ones has no mirror image among its own motions.
+fn each_axis(setup: &Setup) -> Vec<Element> {
+    let axes = setup.robot.axis_list().map(|(joint, axis)| {
+        let name = format!("{}_{}", setup.robot.axes[joint].name(axis), joint + 1);
+        Element { name, parity: if axis == YAW { Parity::Odd } else { Parity::Even } }
+    });
+    axes.collect()
+}
 
 /// A vector of frame B as (forward, left, up): -e_z^B, -e_x^B and, of an unrolled link, e_y^B.
 fn forward_left_up(vector: &Vector3<f64>) -> [f64; 3] {

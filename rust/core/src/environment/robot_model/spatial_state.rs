@@ -2,7 +2,8 @@
 
 use crate::environment::Environment;
 use crate::environment::quantity::{Quantity, write_rows};
-use crate::spatial::{SpatialState, joint_angle, joint_rate, turning};
+use crate::robot::Robot;
+use crate::spatial::{SpatialState, turning};
 
 use super::spatial::SpatialRobot;
 
@@ -11,14 +12,14 @@ pub const STATE: &[Quantity<SpatialRobot>] = &[
         name: "link_position",
         unit: "m",
         description: "CG of each link",
-        shape: |links| vec![links, 3],
+        shape: |robot| vec![robot.link_count(), 3],
         read: |environment, value| write_rows(value, state(environment).pose.iter().map(|q| q.position.into())),
     },
     Quantity {
         name: "link_quaternion",
         unit: "1",
         description: "orientation of each link, w first; its centre line is e_z^B and points to the next link",
-        shape: |links| vec![links, 4],
+        shape: |robot| vec![robot.link_count(), 4],
         read: |environment, value| {
             let orientations = state(environment).pose.iter().map(|q| q.orientation);
             write_rows(value, orientations.map(|p| [p.w, p.i, p.j, p.k]));
@@ -28,14 +29,14 @@ pub const STATE: &[Quantity<SpatialRobot>] = &[
         name: "link_velocity",
         unit: "m/s",
         description: "velocity of each link's CG",
-        shape: |links| vec![links, 3],
+        shape: |robot| vec![robot.link_count(), 3],
         read: |environment, value| write_rows(value, state(environment).twist.iter().map(|u| [u.x, u.y, u.z])),
     },
     Quantity {
         name: "link_angular_velocity",
         unit: "rad/s",
         description: "angular velocity of each link in the world frame",
-        shape: |links| vec![links, 3],
+        shape: |robot| vec![robot.link_count(), 3],
         read: |environment, value| {
             let links = state(environment).pose.iter().zip(&state(environment).twist);
             write_rows(value, links.map(|(q, u)| (q.orientation * turning(u)).into()));
@@ -44,44 +45,43 @@ pub const STATE: &[Quantity<SpatialRobot>] = &[
     Quantity {
         name: "joint_angle",
         unit: "rad",
-        description: "yaw and pitch of each joint",
-        shape: |links| vec![links - 1, 2],
+        description: "yaw and pitch of each joint, or its angles about the `axes` of the robot",
+        shape: Robot::joint_shape,
         read: |environment, value| {
-            let joints = state(environment).pose.windows(2);
-            write_rows(value, joints.map(|q| joint_angle(&q[0], &q[1]).into()));
+            write_axes(environment, value, environment.model().joint_angles());
         },
     },
     Quantity {
         name: "joint_rate",
         unit: "rad/s",
         description: "angular velocities of each joint",
-        shape: |links| vec![links - 1, 2],
+        shape: Robot::joint_shape,
         read: |environment, value| {
-            let joints = state(environment).pose.windows(2).zip(state(environment).twist.windows(2));
-            write_rows(value, joints.map(|(q, u)| joint_rate(&q[0], &u[0], &q[1], &u[1]).into()));
+            write_axes(environment, value, environment.model().joint_rates());
         },
     },
     Quantity {
         name: "joint_torque",
         unit: "N m",
-        description: "torques of each actuator about yaw and pitch in the last integration step, thesis sign",
-        shape: |links| vec![links - 1, 2],
+        description: "torques of each actuator about these axes in the last integration step, thesis sign",
+        shape: Robot::joint_shape,
         read: |environment, value| {
-            write_rows(value, environment.model().simulation.joint_torque().iter().map(|torque| (*torque).into()));
+            let torques = environment.model().simulation.joint_torque();
+            write_axes(environment, value, torques.iter().map(|torque| (*torque).into()));
         },
     },
     Quantity {
         name: "contact_force",
         unit: "N",
         description: "force of the obstacles on each link, averaged over the last control period",
-        shape: |links| vec![links, 3],
+        shape: |robot| vec![robot.link_count(), 3],
         read: |environment, value| write_rows(value, environment.model().obstacle_force().map(Into::into)),
     },
     Quantity {
         name: "self_contact_force",
         unit: "N",
         description: "force of the robot's other links on each link, averaged over the last control period",
-        shape: |links| vec![links, 3],
+        shape: |robot| vec![robot.link_count(), 3],
         read: |environment, value| {
             write_rows(value, environment.model().self_contact_force().iter().map(|f| [f.x, f.y, f.z]));
         },
@@ -90,10 +90,14 @@ pub const STATE: &[Quantity<SpatialRobot>] = &[
         name: "normal_force",
         unit: "N",
         description: "normal force of the ground on each link, averaged over the last control period",
-        shape: |links| vec![links],
+        shape: |robot| vec![robot.link_count()],
         read: |environment, value| value.copy_from_slice(environment.model().normal_force()),
     },
 ];
+
+fn write_axes(environment: &Environment<SpatialRobot>, value: &mut [f64], joints: impl Iterator<Item = [f64; 2]>) {
+    value.iter_mut().zip(environment.robot().of_axes(joints)).for_each(|(value, of_axis)| *value = of_axis);
+}
 
 fn state(environment: &Environment<SpatialRobot>) -> &SpatialState {
     environment.model().simulation.state()

@@ -64,8 +64,8 @@ impl Placement {
 
     /// Puts the robot flat at `start` in the posture of the line's gait.
     pub fn assemble(&mut self, line: &StartLine, start: &Start) {
-        let angle = line.joint_angles(start.phase);
-        self.joint_angle.iter_mut().enumerate().for_each(|(joint, value)| *value = angle(joint));
+        let angles = line.joint_angles(&self.robot, start.phase);
+        self.joint_angle.iter_mut().zip(angles).for_each(|(value, angle)| *value = angle);
         self.lay_flat(start);
     }
 

@@ -72,7 +72,12 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         travel(half_length, base, guess, c, predicted, heading);
         let folding = Folding::of(self.motion.predicted.iter().map(|pose| pose.z));
         self.self_contacts.predict(&folding);
-        self.joint_stops.predict(folding.bend);
+        let bend = if self.joint_stops.has_own_bounds() {
+            self.joint_stops.excess(self.motion.predicted.windows(2).map(|pose| pose[1].z - pose[0].z))
+        } else {
+            folding.bend
+        };
+        self.joint_stops.predict(bend);
         if self.has_pegs || self.self_contacts.is_any_possible() {
             let Motion { half_length, heading, guess, travel, .. } = &mut self.motion;
             mean_twist(half_length, heading, guess, travel);
@@ -157,10 +162,15 @@ fn in_plane<T: Real>(u: &Vector3<T>) -> Vector2<T> {
 }
 
 impl<T: Real> Workspace<T> {
-    /// Largest angle of a joint at the end of the solved stage.
+    /// How far joints are bent at the end of the solved stage, as [`crate::stepping::JointStops`] counts it.
     #[inline(always)]
-    fn largest_bend(&self) -> T {
+    fn bend(&self) -> T {
         let c = self.stage.coefficient;
+        if self.joint_stops.has_own_bounds() {
+            let joints = self.motion.base.windows(2).zip(self.solution.twist.windows(2));
+            let angles = joints.map(|(q, u)| c.mul_add(u[1].z - u[0].z, q[1].z - q[0].z));
+            return self.joint_stops.excess(angles);
+        }
         let ends = self.motion.base.iter().zip(&self.solution.twist).map(|(q, u)| c.mul_add(u.z, q.z));
         Folding::of(ends).bend
     }
@@ -278,7 +288,7 @@ impl<T: Real> Workspace<T> {
         }
         let rates = self.motion.guess.windows(2).zip(self.solution.twist.windows(2));
         let rates = rates.map(|(expected, u)| (expected[1].z - expected[0].z, u[1].z - u[0].z));
-        self.joint_stops.arrive(self.largest_bend());
+        self.joint_stops.arrive(self.bend());
         self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{LU, Matrix6, U6, Vector6};
 
 use crate::laws::Backlash;
 use crate::solver::{CoulombForm, CoupledStage, Defect};
-use crate::spatial::{Stage, StageSolution};
+use crate::spatial::{Stage, StageSolution, hinge_directions};
 
 use super::coulomb_friction::ObstacleFrictionLaw;
 use super::coulomb_laws::{GroundLaws, ObstacleLaw};
@@ -60,11 +60,13 @@ impl CoulombNewton {
 
     fn link(&self, stage: &Stage, solution: &StageSolution, i: usize) -> Link {
         let (before, link) = (&stage.links[i.saturating_sub(1)], &stage.links[i]);
-        let chain = ChainLink::new(before, link);
+        let axes = stage.axes_of(i.saturating_sub(1));
+        let chain = ChainLink::new(axes, before, link);
         let (twist, rates, actuators) = match self.links.last() {
             Some(last) => {
                 let relative = solution.twist[i].angular - solution.twist[i - 1].angular;
-                let rates = [before.axes[1].dot(&relative), link.axes[0].dot(&relative)];
+                let directions = hinge_directions(axes, &before.axes, &link.axes);
+                let rates = [0, 1].map(|axis| if axes.has(axis) { directions[axis].dot(&relative) } else { 0.0 });
                 (chain.follow(&last.twist, &rates), rates, [0, 1].map(|axis| actuator(&stage.joints[i - 1][axis])))
             }
             None => (stacked(&solution.twist[0]), [0.0; 2], [Backlash::none(); 2]),
@@ -174,7 +176,7 @@ impl CoupledStage for CoulombNewton {
                 defect.add(squared / mass, squared.sqrt() / mass);
                 break;
             }
-            for (axis, moment) in link.chain.hinge_moments(&behind).into_iter().enumerate() {
+            for (axis, moment) in link.chain.hinge_moments(&behind) {
                 let missing = (moment - link.actuators[axis].evaluate(link.rates[axis]).0) / arm;
                 defect.add_impulse(missing, mass);
             }

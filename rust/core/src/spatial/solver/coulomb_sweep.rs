@@ -6,7 +6,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector6};
 
-use crate::spatial::{SpatialVector, StageLink};
+use crate::robot::Axes;
+use crate::spatial::{SpatialVector, StageLink, hinge_directions};
 
 /// Linearised balance of a link and of the chain behind it, for a change x of its twist: `matrix x = load`.
 #[derive(Debug, Clone, Copy)]
@@ -18,6 +19,8 @@ pub(super) struct Balance {
 /// Place of a link in the chain, and what the elimination of the joint before it left: `rate = row . x + constant`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ChainLink {
+    /// Of the joint.
+    axes: Axes,
     /// Twist of this link's CG for a twist of the link before with the joint locked.
     carry: Matrix6<f64>,
     /// Twists for the two rates of the joint.
@@ -31,13 +34,13 @@ pub(super) struct ChainLink {
 
 impl ChainLink {
     /// `link` behind `before`; for link 1 pass it twice.
-    pub fn new(before: &StageLink, link: &StageLink) -> Self {
+    pub fn new(axes: Axes, before: &StageLink, link: &StageLink) -> Self {
         let arm = before.joint_arm() + link.joint_arm();
         let mut carry = Matrix6::identity();
         carry.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm.cross_matrix());
-        let hinge = [link.hinge(&before.axes[1]), link.hinge(&link.axes[0])].map(|hinge| stacked(&hinge));
+        let hinge = hinge_directions(axes, &before.axes, &link.axes).map(|axis| stacked(&link.hinge(&axis)));
         let none = [Vector6::zeros(); 2];
-        Self { carry, hinge, row: none, constant: [0.0; 2], column: none, inverse: [0.0; 2] }
+        Self { axes, carry, hinge, row: none, constant: [0.0; 2], column: none, inverse: [0.0; 2] }
     }
 
     /// The link's twist, given the twist of the link before and the rates.
@@ -45,9 +48,14 @@ impl ChainLink {
         self.carry * before + self.hinge[0] * rates[0] + self.hinge[1] * rates[1]
     }
 
-    /// Power of a force on this link for unit rates.
-    pub fn hinge_moments(&self, force: &Vector6<f64>) -> [f64; 2] {
-        [self.hinge[0].dot(force), self.hinge[1].dot(force)]
+    /// The axes of the joint, and the power of a force on this link for a unit rate about each.
+    pub fn hinge_moments(&self, force: &Vector6<f64>) -> impl Iterator<Item = (usize, f64)> {
+        self.own_axes().map(|axis| (axis, self.hinge[axis].dot(force)))
+    }
+
+    fn own_axes(&self) -> impl DoubleEndedIterator<Item = usize> + use<> {
+        let axes = self.axes;
+        (0..2).filter(move |axis| axes.has(*axis))
     }
 
     /// A force on this link as one on the link before.
@@ -58,7 +66,7 @@ impl ChainLink {
     /// Eliminates both rates; `stiffness` and `moment` are those of the drives at the present rates. Returns what
     /// remains for the link before.
     pub fn eliminate(&mut self, mut balance: Balance, stiffness: [f64; 2], moment: [f64; 2]) -> Balance {
-        for axis in [1, 0] {
+        for axis in self.own_axes().rev() {
             let hinge = &self.hinge[axis];
             let column = balance.matrix * hinge;
             let row = balance.matrix.tr_mul(hinge);
@@ -77,7 +85,7 @@ impl ChainLink {
     /// constants for [`Self::substitute_with`].
     pub fn eliminate_load(&self, mut load: Vector6<f64>) -> (Vector6<f64>, [f64; 2]) {
         let mut constant = [0.0; 2];
-        for axis in [1, 0] {
+        for axis in self.own_axes().rev() {
             constant[axis] = self.hinge[axis].dot(&load) * self.inverse[axis];
             load -= self.column[axis] * constant[axis];
         }
@@ -93,9 +101,9 @@ impl ChainLink {
     pub fn substitute_with(&self, constant: &[f64; 2], before: &Vector6<f64>) -> ([f64; 2], Vector6<f64>) {
         let mut x = self.carry * before;
         let mut rates = [0.0; 2];
-        for (axis, rate) in rates.iter_mut().enumerate() {
-            *rate = self.row[axis].dot(&x) + constant[axis];
-            x += self.hinge[axis] * *rate;
+        for axis in self.own_axes() {
+            rates[axis] = self.row[axis].dot(&x) + constant[axis];
+            x += self.hinge[axis] * rates[axis];
         }
         (rates, x)
     }

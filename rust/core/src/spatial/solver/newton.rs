@@ -31,7 +31,7 @@ use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
 use super::terms::{ActuatorTerm, ObstacleTerm, StopTerm};
 use crate::spatial::spatial_vector::{Twist, difference, inner, sum};
-use crate::spatial::{Stage, StageFriction, StageSolution};
+use crate::spatial::{Stage, StageFriction, StageSolution, hinge_directions};
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
@@ -163,12 +163,19 @@ impl<T: Real> Newton<T> {
     fn link_term(&self, stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> LinkTerm<T> {
         let (zero, link) = (T::zero(), &stage.links[i]);
         let before = if i > 0 { &stage.links[i - 1] } else { link };
-        let hinge = [link.hinge(&before.axes[1]), link.hinge(&link.axes[0])];
-        let segment = Segment::new(sum(&before.joint_arm(), &link.joint_arm()), hinge);
+        let axes = stage.axes_of(i.saturating_sub(1));
+        let directions = hinge_directions(axes, &before.axes, &link.axes);
+        let hinge = [link.hinge(&directions[0]), link.hinge(&directions[1])];
+        let segment = Segment::new(axes, sum(&before.joint_arm(), &link.joint_arm()), hinge);
         let (twist, rates, actuators) = match self.links.last() {
             Some(previous) => {
                 let relative = difference(&solution.twist[i].angular, &solution.twist[i - 1].angular);
-                let rates = [inner(&before.axes[1], &relative), inner(&link.axes[0], &relative)];
+                let mut rates = [zero; 2];
+                for axis in 0..2 {
+                    if axes.has(axis) {
+                        rates[axis] = inner(&directions[axis], &relative);
+                    }
+                }
                 (
                     segment.follow(&previous.twist, &rates),
                     rates,

@@ -8,6 +8,7 @@
 use nalgebra::Vector3;
 
 use crate::math::Real;
+use crate::robot::Axes;
 
 use crate::spatial::spatial_vector::{
     Momentum, SpatialVector, Twist, Wrench, along, inner, scaled, sum, sum_with_cross,
@@ -46,6 +47,8 @@ struct Elimination<T> {
 /// A link in the chain: its position, and the elimination of the joint before it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Segment<T> {
+    /// The axis of a joint that has one, the same in all lanes. The rate about another is no unknown: it is zero.
+    only: Option<usize>,
     /// From the CG of the link before to this one's.
     shift: Vector3<T>,
     /// S_h, S_v.
@@ -236,15 +239,37 @@ impl<T: Real> Elimination<T> {
 impl<T: Real> Segment<T> {
     /// A link that lies `shift` from the one before, whose rear joint moves it along `hinge`.
     #[inline(always)]
-    pub fn new(shift: Vector3<T>, hinge: [Twist<T>; 2]) -> Self {
+    pub fn new(axes: Axes, shift: Vector3<T>, hinge: [Twist<T>; 2]) -> Self {
         let none = Elimination { row: SpatialVector::zero(), constant: T::zero(), inverse: T::zero() };
-        Self { shift, hinge, elimination: [none; 2] }
+        Self { only: axes.only(), shift, hinge, elimination: [none; 2] }
     }
 
-    /// Eliminates both rates of the joint before this link from `total`, the function of all from this link on, and turns
+    /// Eliminates the rates of the joint before this link from `total`, the function of all from this link on, and turns
     /// it into one of the twist of the link before. Returns twice the decrease.
     #[inline(always)]
-    pub fn eliminate(&mut self, total: &mut Quadratic<T>, [of_yaw, of_pitch]: &[ActuatorModel<T>; 2]) -> T {
+    pub fn eliminate(&mut self, total: &mut Quadratic<T>, actuators: &[ActuatorModel<T>; 2]) -> T {
+        let decrease = match self.only {
+            Some(axis) => self.eliminate_one(axis, total, &actuators[axis]),
+            None => self.eliminate_both(total, actuators),
+        };
+        *total = total.seen_from_before(&self.shift);
+        decrease
+    }
+
+    #[inline(always)]
+    fn eliminate_one(&mut self, axis: usize, total: &mut Quadratic<T>, actuator: &ActuatorModel<T>) -> T {
+        let hinge = &self.hinge[axis];
+        let column = total.times(hinge);
+        let inverse = T::splat(1.0) / (hinge.dot(&column) + actuator.stiffness);
+        let force = hinge.dot(&total.gradient) - actuator.impulse;
+        let elimination = Elimination::new(&column, inverse, force);
+        total.add_rank_one(&column, -inverse, elimination.constant);
+        self.elimination[axis] = elimination;
+        -(force * elimination.constant)
+    }
+
+    #[inline(always)]
+    fn eliminate_both(&mut self, total: &mut Quadratic<T>, [of_yaw, of_pitch]: &[ActuatorModel<T>; 2]) -> T {
         let [yaw, pitch] = &self.hinge;
         let (column, unchanged) = (total.times(pitch), total.times(yaw));
         let inverse = T::splat(1.0) / (pitch.dot(&column) + of_pitch.stiffness);
@@ -257,7 +282,6 @@ impl<T: Real> Segment<T> {
         let (pitch, yaw) =
             (Elimination::new(&column, inverse, force), Elimination::new(&rest, rest_inverse, rest_force));
         total.add_two([(&column, &pitch.row, pitch.constant), (&rest, &yaw.row, yaw.constant)]);
-        *total = total.seen_from_before(&self.shift);
         let decrease = -(force * pitch.constant + rest_force * yaw.constant);
         self.elimination = [yaw, pitch];
         decrease
@@ -276,6 +300,9 @@ impl<T: Real> Segment<T> {
     pub fn eliminate_linear(&self, total: &Momentum<T>) -> (Momentum<T>, [T; 2]) {
         let (mut gradient, mut constant) = (*total, [T::zero(); 2]);
         for axis in [1, 0] {
+            if self.only.is_some_and(|only| only != axis) {
+                continue;
+            }
             let force = self.hinge[axis].dot(&gradient);
             let Elimination { row, inverse, .. } = &self.elimination[axis];
             constant[axis] = -(force * *inverse);
@@ -289,6 +316,10 @@ impl<T: Real> Segment<T> {
     pub fn substitute_with(&self, constant: &[T; 2], before: &Twist<T>) -> ([T; 2], Twist<T>) {
         let mut x = self.carried(before);
         let mut rates = [T::zero(); 2];
+        if let Some(axis) = self.only {
+            rates[axis] = self.elimination[axis].row.dot(&x) + constant[axis];
+            return (rates, x.plus_scaled(&self.hinge[axis], rates[axis]));
+        }
         for (axis, rate) in rates.iter_mut().enumerate() {
             *rate = self.elimination[axis].row.dot(&x) + constant[axis];
             x = x.plus_scaled(&self.hinge[axis], *rate);

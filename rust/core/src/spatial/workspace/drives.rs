@@ -11,6 +11,8 @@ pub struct Drives<T: Real> {
     pub target: Vec<[[T; 2]; 2]>,
     pub gains: [T; 2],
     pub torque_limit: T,
+    /// Axes that joints do not have.
+    pub absent: Vec<(usize, usize)>,
     /// Joints that are locked or limp.
     pub broken: Vec<(usize, Breakage)>,
     pub backlash: Backlash<T>,
@@ -24,11 +26,13 @@ pub struct Drives<T: Real> {
 
 impl<T: Real> Drives<T> {
     pub fn new(system: &SpatialSystem) -> Self {
-        let (joints, zero) = (system.robot.link_count() - 1, T::zero());
+        let (axes, zero) = (&system.robot.axes, T::zero());
+        let joints = axes.len();
         Self {
             target: vec![[[zero; 2]; 2]; joints],
             gains: [system.controller.kp, system.controller.kd].map(T::splat),
             torque_limit: T::splat(f64::INFINITY),
+            absent: (0..joints).flat_map(|j| [(j, 0), (j, 1)]).filter(|(j, axis)| !axes[*j].has(*axis)).collect(),
             broken: system.robot.broken.clone(),
             backlash: Backlash::new(2 * joints),
             targets: vec![CardanTarget::default(); joints],

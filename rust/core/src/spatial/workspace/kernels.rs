@@ -20,7 +20,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motion.base.copy_from(&self.motion.start);
         self.motion.guess.copy_from(&self.motion.start_velocity);
         self.motion.momentum.copy_from_slice(&self.motion.start_momentum);
-        self.motion.start.place_links(&self.motion.half_length, &mut self.motion.start_frames);
+        self.motion.start.place_links(&self.motion.shape, &mut self.motion.start_frames);
         self.motion.base_frames.copy_from_slice(&self.motion.start_frames);
         for (i, frame) in self.motion.start_frames.iter().enumerate() {
             let link = &self.stage.links[i];
@@ -30,11 +30,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.self_contacts.begin_step();
         self.drives.backlash.begin_step();
         if self.stribeck.is_any {
-            self.motion.start_velocity.twists(
-                &self.motion.start_frames,
-                &self.motion.half_length,
-                &mut self.motion.expected,
-            );
+            self.motion.start_velocity.twists(&self.motion.start_frames, &self.motion.shape, &mut self.motion.expected);
             let slips = slips(&self.stage.links, &self.motion.start_frames, &self.motion.expected);
             self.stribeck.begin_step(slips);
         }
@@ -47,12 +43,12 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         let elapsed = T::splat(1.0 - GAMMA) * h;
         let Kept { end, momentum, .. } = &self.result.kept;
         self.motion.base.travel(&self.motion.start, end, elapsed);
-        self.motion.base.place_links(&self.motion.half_length, &mut self.motion.base_frames);
+        self.motion.base.place_links(&self.motion.shape, &mut self.motion.base_frames);
         if self.drives.backlash.is_any {
             self.drives.backlash.extrapolate(T::splat(EXTRAPOLATION));
         }
         if self.stribeck.is_any {
-            end.twists(&self.motion.frames, &self.motion.half_length, &mut self.motion.expected);
+            end.twists(&self.motion.frames, &self.motion.shape, &mut self.motion.expected);
             self.stribeck.extrapolate(slips(&self.stage.links, &self.motion.frames, &self.motion.expected));
         }
         self.motion.guess.blend(&self.motion.start_velocity, end, T::splat(1.0 / GAMMA));
@@ -71,10 +67,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.stage.coefficient = c;
         self.motion.elapsed = elapsed;
         self.motion.predicted.travel(&self.motion.base, &self.motion.guess, c);
-        self.motion.predicted.place_links(&self.motion.half_length, &mut self.motion.frames);
-        self.motion.guess.twists(&self.motion.frames, &self.motion.half_length, &mut self.motion.expected);
+        self.motion.predicted.place_links(&self.motion.shape, &mut self.motion.frames);
+        self.motion.guess.twists(&self.motion.frames, &self.motion.shape, &mut self.motion.expected);
         self.self_contacts.predict(&self.motion.frames);
-        self.joint_stops.predict(largest_angle(&self.motion.base.angle, &self.motion.guess.rate, c));
+        self.joint_stops.predict(self.bend(&self.motion.guess.rate));
         self.fill_links(elapsed);
         self.fill_joints();
     }
@@ -116,8 +112,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             }
             select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
         }
-        let (base, rates) = (&self.motion.base.angle, &self.solution.rate);
-        self.joint_stops.arrive(largest_angle(base, rates, self.stage.coefficient));
+        self.joint_stops.arrive(self.bend(&self.solution.rate));
         let rates = self.motion.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
         let rates = rates.map(|(expected, rate)| (*expected, *rate));
         self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
@@ -159,7 +154,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn arrive(&mut self) {
         self.result.arrival.travel(&self.motion.base, &self.result.kept.end, self.stage.coefficient);
-        self.result.arrival.place_links(&self.motion.half_length, &mut self.motion.frames);
+        self.result.arrival.place_links(&self.motion.shape, &mut self.motion.frames);
         self.result.sinking_into_ground = T::zero();
         for (i, frame) in self.motion.frames.iter().enumerate() {
             for end in 0..2 {
@@ -176,6 +171,17 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
 }
 
 impl<T: Real> Workspace<T> {
+    /// How far joints are bent at the end of the stage by these rates, as [`crate::stepping::JointStops`] counts it.
+    #[inline(always)]
+    fn bend(&self, rates: &[[T; 2]]) -> T {
+        let (base, c) = (&self.motion.base.angle, self.stage.coefficient);
+        if !self.joint_stops.has_own_bounds() {
+            return largest_angle(base, rates, c);
+        }
+        let axes = base.iter().flatten().zip(rates.iter().flatten());
+        self.joint_stops.excess(axes.map(|(angle, rate)| *angle + c * *rate))
+    }
+
     #[inline(always)]
     fn measure_deviation(&mut self) {
         let mut fastest = T::zero();
@@ -273,6 +279,9 @@ impl<T: Real> Workspace<T> {
                 let (drive, limit) = (stiffness * error, T::splat(f64::INFINITY));
                 self.stage.joints[*j][axis] = StageDrive { drive, stiffness: stiffness * c, limit, slack: T::zero() };
             }
+        }
+        for &(j, axis) in &self.drives.absent {
+            self.stage.joints[j][axis] = StageDrive::none();
         }
     }
 }

@@ -142,6 +142,7 @@ impl<T: Real> Workspace<T> {
 /// A stage with the constants of the system's robot.
 fn empty_stage<T: Real>(system: &SpatialSystem) -> Stage<T> {
     let mut stage = Stage::with_capacity(system.robot.link_count());
+    stage.axes.clone_from(&system.robot.axes);
     let zero = T::zero();
     let sliding = system.friction.map(T::splat);
     stage.friction = StageFriction { sliding, rolling: T::splat(system.rolling_friction) };

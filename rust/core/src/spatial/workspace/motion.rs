@@ -2,13 +2,14 @@
 
 use crate::math::{Laned, Real};
 use crate::robot::Link;
-use crate::spatial::{ChainVelocity, Configuration, Frame, LinkAxis, Momentum, SpatialSystem, SpatialVector, Twist};
+use crate::spatial::{
+    ChainShape, ChainVelocity, Configuration, Frame, LinkAxis, Momentum, SpatialSystem, SpatialVector, Twist,
+};
 
 /// Configurations and velocities of a stage.
 #[derive(Debug, Clone)]
 pub struct Motion<T> {
-    /// L_i / 2 \[m\].
-    pub half_length: Vec<T>,
+    pub shape: ChainShape<T>,
     /// Of the robot, see [`crate::robot::Robot::extent`] \[m\].
     pub extent: f64,
     /// Robots at the start of the step.
@@ -45,11 +46,11 @@ pub struct StageKinematics<'a> {
 
 impl<T: Real> Motion<T> {
     pub fn new(system: &SpatialSystem) -> Self {
-        let (links, count) = (&system.robot.links, system.robot.link_count());
+        let count = system.robot.link_count();
         let none = || vec![SpatialVector::zero(); count];
         let frames = || vec![Frame::origin(); count];
         Self {
-            half_length: links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            shape: ChainShape::new(&system.robot),
             extent: system.robot.extent(),
             start: Configuration::straight(count),
             start_velocity: ChainVelocity::rest(count),
