@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import lzma
+import pickle
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, ClassVar
 
-from snake_env._extras import extras
+from snake_env._extras import MissingExtra, extras
+from snake_env.errors import ConfigError
 
 LARGEST = 2**26
 """Size of a file [bytes]."""
@@ -17,6 +24,28 @@ DEEPEST = 32
 
 YAML = (".yaml", ".yml")
 """Suffixes of YAML files."""
+
+BROKEN = (
+    *(AttributeError, EOFError, ImportError, IndexError, KeyError, MemoryError, OSError, OverflowError, RuntimeError),
+    *(TypeError, ValueError, lzma.LZMAError, pickle.UnpicklingError, struct.error, zipfile.BadZipFile, zlib.error),
+)
+"""What readers of files raise about broken ones."""
+
+
+@contextmanager
+def reading(field: str, path: str | Path, expected: str) -> Iterator[None]:
+    """For readers of files that are not text.
+
+    Raises:
+        ConfigError: the file is broken; the reason follows ``expected``.
+    """
+    try:
+        yield
+    except (ConfigError, MissingExtra):
+        raise
+    except BROKEN as error:
+        reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise ConfigError(field, str(path), f"{expected} ({reason})") from None
 
 
 def notation(path: Path) -> str:

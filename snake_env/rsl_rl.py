@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env._extras import extras
-from snake_env.vector_env import SnakeVectorEnv, refuse_others
+from snake_env.vector_env import SnakeVectorEnv, refuse_other_autoreset, refuse_others
 
 with extras():
     import torch
@@ -49,6 +49,7 @@ class RslRlEnv(VecEnv):
     """
 
     def __init__(self, env: SnakeVectorEnv, device: str = "cpu", seed: int | None = None) -> None:
+        refuse_other_autoreset(env, "rsl_rl")
         self.env, self.device = env, device
         layout = env.unwrapped.layout
         self.cfg = layout["config"]
@@ -78,11 +79,11 @@ class RslRlEnv(VecEnv):
         self._observation, reward, terminated, truncated, infos = self.env.step(given)
         ended = terminated | truncated
         self.episode_length_buf = torch.where(self._tensor(ended), 0, self.episode_length_buf + 1)
-        extras: dict[str, Any] = {"time_outs": self._tensor(truncated & ~terminated)}
+        more: dict[str, Any] = {"time_outs": self._tensor(truncated & ~terminated)}
         if ended.any():
-            extras["log"] = {f"/episode/{name}": float(infos["final_info"][name][ended].mean()) for name in LOGGED}
+            more["log"] = {f"/episode/{name}": float(infos["final_info"][name][ended].mean()) for name in LOGGED}
         reward = self._tensor(reward.astype(np.float32))
-        return self.get_observations(), reward, self._tensor(ended).long(), extras
+        return self.get_observations(), reward, self._tensor(ended).long(), more
 
     def _tensor(self, array: NDArray[Any]) -> Any:
         return torch.from_numpy(array).to(self.device)

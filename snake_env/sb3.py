@@ -9,13 +9,12 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from snake_env._extras import extras
 from snake_env._robot_view import RobotView, row_of
 from snake_env.errors import ConfigError
-from snake_env.vector_env import SnakeVectorEnv, refuse_others
+from snake_env.vector_env import SnakeVectorEnv, refuse_other_autoreset, refuse_others
 
 with extras():
     from stable_baselines3.common.monitor import Monitor
@@ -75,9 +74,7 @@ class SnakeVecEnv(VecEnv):
     """
 
     def __init__(self, env: SnakeVectorEnv, monitor: bool = True) -> None:
-        mode = env.metadata["autoreset_mode"]
-        if mode is not AutoresetMode.SAME_STEP:
-            raise ConfigError("autoreset_mode", mode.value, '"SameStep", the only mode of Stable-Baselines3')
+        refuse_other_autoreset(env, "Stable-Baselines3")
         self.env = env
         self.spec = env.spec
         self.monitor = monitor

@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -89,7 +88,7 @@ def read(path: Path) -> dict[str, Any]:
     """
     if path.suffix not in KINDS:
         raise ConfigError("path", str(path), f"a name that ends in one of {', '.join(KINDS)}")
-    try:
+    with _documents.reading("path", path, "a file that Trajectory.save has written"):
         found, text = KINDS[path.suffix].read(path)
         metadata = _documents.of_json(text)
         if not isinstance(metadata, dict) or metadata.pop("format", None) != FORMAT:
@@ -98,9 +97,6 @@ def read(path: Path) -> dict[str, Any]:
         arrays = {name: _array(found, name, shape) for name, shape in shapes.items()}
         if len({len(array) for array in arrays.values()}) != 1:
             raise ValueError("arrays of different lengths")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        expected = f"a file that Trajectory.save has written ({type(error).__name__}: {error})"
-        raise ConfigError("path", str(path), expected) from None
     robot, scene = Robot.of(metadata.pop("robot", None)), Scene.of(metadata.pop("scene", None))
     return {"robot": robot, "scene": scene, **metadata, **arrays}
 

@@ -343,6 +343,17 @@ def refuse_others(env_id: str) -> None:
         raise ConfigError("env_id", env_id, OWN_ID)
 
 
+def refuse_other_autoreset(envs: SnakeVectorEnv, library: str) -> None:
+    """Refuses a batch whose episodes do not restart in the step in which they end.
+
+    Raises:
+        ConfigError: names its mode.
+    """
+    mode = envs.metadata["autoreset_mode"]
+    if mode is not AutoresetMode.SAME_STEP:
+        raise ConfigError("autoreset_mode", mode.value, f'"SameStep", the only mode of {library}')
+
+
 def _autoreset_mode(value: str | AutoresetMode) -> AutoresetMode:
     if isinstance(value, AutoresetMode):
         return value

@@ -46,7 +46,7 @@ def acting(
         ConfigError: there is no such policy or task, or they do not fit each other.
     """
     is_file = policy is not None and Path(policy).is_file()
-    how = {"normalize": args.normalize if is_file else None, "trust": args.trust}
+    how = {"normalize": args.normalize, "trust": args.trust}
     found, where = acting_in(policy or GAIT, task or args.env or args.task, options=args.options, **how)
     about = getattr(getattr(found, "card", None), "about", "")
     if about and is_file:

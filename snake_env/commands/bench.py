@@ -2,13 +2,17 @@
 
 snake-env bench
 snake-env bench --env SnakeField-v1 --num-envs 1024 --num-threads 2
+
+The last column is the ratio of the first one to the README's, where it has random actions in the same action mode.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import re
 import time
+from importlib.metadata import PackageNotFoundError, metadata
 
 import gymnasium as gym
 import numpy as np
@@ -32,14 +36,26 @@ def main(arguments: list[str]) -> int:
     args = cli.parse_args(arguments)
     if not 0.0 < args.seconds < math.inf:
         cli.error(f"argument --seconds: {args.seconds}: expected a finite number > 0")
-    rows = []
+    rows, known = [], in_readme()
     for env_id in args.env or IDS:
         refuse_others(env_id)
         rates = [rate(env_id, args.num_envs, args.num_threads, args.seconds, random) for random in (True, False)]
-        rows.append((f"`{env_id}`", *(f"{value:,.0f}" for pair in zip(*rates, strict=True) for value in pair)))
+        ratio = f"{rates[0][0] / known[env_id]:.2f}" if env_id in known else "-"
+        rows.append((f"`{env_id}`", *(f"{value:,.0f}" for pair in zip(*rates, strict=True) for value in pair), ratio))
     print(f"{args.num_envs} robots, {args.num_threads} thread(s), steps per second of processor and wall time\n")
-    print(table(("environment", "random actions", "action zero", "random, wall", "zero, wall"), rows))
+    head = ("environment", "random actions", "action zero", "random, wall", "zero, wall", "random / README")
+    print(table(head, rows))
     return 0
+
+
+def in_readme() -> dict[str, float]:
+    """Steps per second of processor time by environment, of the README that was installed with the package."""
+    try:
+        text = str(metadata("snake-robot-env"))
+    except PackageNotFoundError:
+        return {}
+    found = re.findall(r"^ *\| `(\w+-v1)` \| gait \| ([\d,]+) \|", text, re.MULTILINE)
+    return {env_id: float(number.replace(",", "")) for env_id, number in found}
 
 
 def rate(env_id: str, num_envs: int, num_threads: int, seconds: float, random: bool) -> tuple[float, float]:

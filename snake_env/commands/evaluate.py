@@ -35,13 +35,15 @@ def main(arguments: list[str]) -> int:
     if args.episodes < 1:
         cli.error(f"argument --episodes: {args.episodes}: expected an integer >= 1")
     named = args.policy or [GAIT]
+    if args.normalize is not None and len(named) > 1:
+        cli.error("argument --normalize: expected one --policy, to which the file belongs")
     first, task = acting(args, named[0])
     policies = [first, *(acting(args, name, task)[0] for name in named[1:])]
     print(f"{task.env_id} {json.dumps(task.options)}, {args.episodes} test scenes")
-    rows = {}
-    for policy in policies:
-        found = evaluate(policy, task, episodes=args.episodes, seed=args.seed, num_threads=args.num_threads)
-        rows[found.name] = found.scores
+    how = {"episodes": args.episodes, "seed": args.seed, "num_threads": args.num_threads}
+    found = [evaluate(policy, task, **how) for policy in policies]
+    names = [one.name for one in found]
+    rows = {text if names.count(one.name) > 1 else one.name: one.scores for text, one in zip(named, found, strict=True)}
     print(scores.table(rows))
     if args.out is not None:
         args.out.parent.mkdir(parents=True, exist_ok=True)

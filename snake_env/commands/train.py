@@ -17,9 +17,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from snake_env import _documents
+from snake_env._checks import integer
 from snake_env._extras import extras
 from snake_env._files import replace, write_json
 from snake_env.commands.arguments import add_task, parser
+from snake_env.errors import ConfigError
 from snake_env.evaluation.tasks import acting_in
 
 
@@ -32,7 +35,12 @@ def main(arguments: list[str]) -> int:
     cli.add_argument("--seed", type=int, default=0, help="of robots and networks (default 0)")
     cli.add_argument("--out", type=Path, default=Path("model.zip"), help="file of the model (default model.zip)")
     args = cli.parse_args(arguments)
+    for name in ("steps", "num_envs"):
+        integer(name, getattr(args, name), 1)
     out = args.out if args.out.suffix == ".zip" else args.out.with_name(f"{args.out.name}.zip")
+    beside = out.with_suffix(".json")
+    if beside.exists() and not _is_own(beside):
+        raise ConfigError("out", str(out), f"a name without another {beside.name} beside it")
     with extras():
         import torch
         from stable_baselines3 import PPO
@@ -46,6 +54,14 @@ def main(arguments: list[str]) -> int:
     model.learn(args.steps)
     out.parent.mkdir(parents=True, exist_ok=True)
     replace(out, model.save)
-    write_json(out.with_suffix(".json"), {"env_id": task.env_id, "env_options": task.options, "steps": args.steps})
+    write_json(beside, {"env_id": task.env_id, "env_options": task.options, "steps": args.steps})
     print(f"{out}\nnext: snake-env view --policy {out}\n      snake-env evaluate --policy {out}")
     return 0
+
+
+def _is_own(path: Path) -> bool:
+    """An earlier run of this command has written the file."""
+    try:
+        return set(_documents.read(path)) == {"env_id", "env_options", "steps"}
+    except (OSError, TypeError, ValueError):
+        return False

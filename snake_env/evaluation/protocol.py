@@ -47,8 +47,16 @@ class Evaluation:
         return against(self.episodes, other.episodes)
 
     def to_latex(self, *others: Evaluation) -> str:
-        """The scores, and those of other evaluations beside them, as a table of LaTeX (package ``booktabs``)."""
-        return latex({one.name: one.scores for one in (self, *others)})
+        """The scores, and those of other evaluations beside them, as a table of LaTeX (package ``booktabs``).
+
+        Evaluations of the same name are numbered in their order; ``evaluate(name=...)`` gives others.
+        """
+        rows: dict[str, Row] = {}
+        names = [one.name for one in (self, *others)]
+        for k, one in enumerate((self, *others)):
+            number = f" ({names[: k + 1].count(one.name)})" if names.count(one.name) > 1 else ""
+            rows[one.name + number] = one.scores
+        return latex(rows)
 
     def to_dataframe(self) -> Any:
         """One row per episode: what :attr:`episodes` holds; needs the extra ``data``."""

@@ -11,8 +11,12 @@ from typing import Any
 import gymnasium as gym
 
 from snake_env.errors import ConfigError
-from snake_env.policies.interface import INTERFACE, OF_A_TASK, Policy, named_task, refuse_other_interface
+from snake_env.policies.foreign import Function, Model
+from snake_env.policies.interface import INTERFACE, Policy, named_task, refuse_other_interface, task_keywords
 from snake_env.policies.loading import load_policy
+from snake_env.policies.network import Network, Scaling
+from snake_env.policies.sb3_zip import scaling
+from snake_env.policies.wrappers import normalization_of, spec_of
 from snake_env.registration import TASKS
 
 FILE = Path(__file__).with_name("tasks.json")
@@ -77,17 +81,22 @@ def acting_in(
     Args:
         policy: as :func:`snake_env.load_policy` takes it.
         env: name of a task of the benchmark; id of an environment; an environment, single or batch, made with this
-            package; a :class:`BenchmarkTask`; None: where the policy was trained, as far as that is known.
+            package, whose ``VecNormalize`` scales for a model or zip without statistics of its own; a
+            :class:`BenchmarkTask`; None: where the policy was trained, as far as that is known.
         default: task of a policy whose training is unknown.
         options: keywords of the environment, on top of those of ``env``.
         **how: keywords of :func:`snake_env.load_policy`.
 
     Raises:
-        ConfigError: there is no such policy or task, or they do not fit each other.
+        ConfigError: there is no such policy or task, they do not fit each other, or another wrapper of ``env`` changes
+            observations or actions.
     """
     known = load()
     name = env.name if isinstance(env, BenchmarkTask) else default if env is None else env
+    scales = None if env is None or isinstance(env, str | BenchmarkTask) else normalization_of(env)
     actor = load_policy(policy, task=name if isinstance(name, str) and name in known else None, **how)
+    if scales is not None and how.get("normalize") is None:
+        _scale(actor, policy, scales)
     task = _of(env, getattr(actor, "card", None), known, default)
     task = replace(task, options={**task.options, **(options or {})})
     refuse_other_interface(actor, task.options)
@@ -107,8 +116,23 @@ def _of(env: Any, card: Any, known: dict[str, BenchmarkTask], default: str) -> B
             expected = f"one of {', '.join(known)}, or an id: {', '.join(TASKS)}"
             raise ConfigError("env_id" if "-v" in name else "task", name, expected)
         return known.get(name) or BenchmarkTask(name, name)
-    spec = getattr(getattr(env, "unwrapped", env), "spec", None)
+    spec = spec_of(env)
     if spec is None or spec.id not in TASKS:
         raise ConfigError("env", repr(env), "an environment of this package")
-    kept = {key: value for key, value in spec.kwargs.items() if key in (*OF_A_TASK, "reward_fn", "termination_fn")}
-    return BenchmarkTask(spec.id, spec.id, kept)
+    return BenchmarkTask(spec.id, spec.id, task_keywords(spec, "reward_fn", "termination_fn"))
+
+
+def _scale(actor: Policy, policy: Any, scales: Any) -> None:
+    """Gives a model or zip without statistics those of a ``VecNormalize``; others know unscaled observations.
+
+    Raises:
+        ConfigError: which of both a function expects is unknown.
+    """
+    if isinstance(actor, Model):
+        actor.scale_as(scales)
+    elif isinstance(actor, Network) and actor.scaling is None and str(policy).endswith(".zip"):
+        rms = scales.obs_rms
+        actor.scaling = Scaling(*scaling(rms.mean, rms.var, scales.epsilon, scales.clip_obs).values())
+    elif isinstance(actor, Function):
+        expected = f"False for {actor.name}, which is called with observations that VecNormalize has not scaled"
+        raise ConfigError("normalize", None, expected)

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snake_env._extras import extras
 from snake_env.errors import ConfigError
-from snake_env.policies.interface import INTERFACE, Policy, Stateless, Trained, task_keywords
+from snake_env.policies.interface import Policy, Stateless, Trained, task_keywords
 from snake_env.policies.policy_card import PolicyCard
 from snake_env.policies.sb3_zip import normalization
+from snake_env.policies.wrappers import normalization_of, spec_of
+
+Normalize = str | os.PathLike[str] | Literal[False] | None
 
 UNTRUSTED = (
     "a file that is safe to read; this one can run any code: if you trust where it comes from, "
@@ -46,8 +51,16 @@ class Function(Stateless):
         if self._torch is None:
             found: NDArray[np.float32] = self._act(observation)
             return found
-        with self._torch.no_grad():
-            action: NDArray[np.float32] = self._act(self._torch.from_numpy(observation.copy())).numpy()
+        trained = [part for part in self._act.modules() if part.training]
+        device = next((one.device for one in self._act.parameters()), None)
+        try:
+            for part in trained:
+                part.training = False
+            with self._torch.no_grad():
+                action: NDArray[np.float32] = self._act(self._torch.tensor(observation, device=device)).cpu().numpy()
+        finally:
+            for part in trained:
+                part.training = True
         return action
 
 
@@ -59,28 +72,39 @@ class Model(Trained):
 
     Args:
         model: has ``predict``.
-        name: shown in tables.
-        env_options: keywords of the environment; by default those of the model's.
-        statistics: file of a ``VecNormalize``.
+        card: what it is; None: of its class, trained in the model's environment.
+        env_options: keywords of the environment, on top of those of the card.
+        normalize: file of a ``VecNormalize``; None: that of the model's environment; False: none.
+
+    Raises:
+        ConfigError: a wrapper of the model's environment changes observations or actions.
     """
 
     def __init__(
         self,
         model: Any,
-        name: str | None = None,
+        card: PolicyCard | None = None,
         env_options: Mapping[str, Any] | None = None,
-        statistics: Path | None = None,
+        normalize: Normalize = None,
     ) -> None:
         env = model.get_env() if hasattr(model, "get_env") else None
-        spec = None if env is None else env.unwrapped.spec
-        card = PolicyCard(name or type(model).__name__)
-        if spec is not None:
-            card = PolicyCard(card.name, env_id=spec.id, env_options=task_keywords(spec.kwargs))
+        spec = None if env is None else spec_of(env)
+        card = card or PolicyCard(type(model).__name__)
+        if spec is not None and card.env_id is None:
+            card = replace(card, env_id=spec.id, env_options=task_keywords(spec))
         super().__init__(card)
         self.env_options |= env_options or {}
-        scales = model.get_vec_normalize_env() if hasattr(model, "get_vec_normalize_env") else None
-        self._scaled = _scaling(statistics) if scales is None or statistics is not None else scales.normalize_obs
+        self._scaled: Any = None
         self._model, self._state, self._begins = model, None, np.ones(0, np.bool_)
+        own = None if env is None else normalization_of(env)
+        if normalize:
+            self._scaled = _scaling(Path(normalize))
+        elif normalize is None and own is not None:
+            self.scale_as(own)
+
+    def scale_as(self, normalization: Any) -> None:
+        """Takes the statistics of a ``VecNormalize`` unless it has some."""
+        self._scaled = self._scaled or normalization.normalize_obs
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
         """Forgets everything.
@@ -101,35 +125,42 @@ class Model(Trained):
         """The mean actions (n, a)."""
         if len(self._begins) != len(observation):
             self._state, self._begins = None, np.ones(len(observation), np.bool_)
-        seen = self._scaled(observation)
+        seen = observation if self._scaled is None else self._scaled(observation)
         action, self._state = self._model.predict(seen, self._state, self._begins, deterministic=True)
         self._begins = np.zeros(len(observation), np.bool_)
         found: NDArray[np.float32] = action
         return found
 
 
-def _scaling(statistics: Path | None) -> Any:
-    found = {} if statistics is None else normalization(statistics)
+def _scaling(statistics: Path) -> Any:
+    found = normalization(statistics)
     if not found:
         return lambda observation: observation
     mean, deviation, clip = found.values()
     return lambda observation: np.clip((observation - mean) / deviation, -clip, clip).astype(np.float32)
 
 
+def refuse_statistics(normalize: Normalize, name: str) -> None:
+    """Refuses the file of a ``VecNormalize`` for a policy that takes none.
+
+    Raises:
+        ConfigError: names the policy.
+    """
+    if normalize:
+        raise ConfigError("normalize", str(normalize), f"None for {name}: it is of zips and of models")
+
+
 def of_object(
-    policy: Any, env_options: Mapping[str, Any], name: str | None = None, statistics: Path | None = None
+    policy: Any, env_options: Mapping[str, Any], name: str | None = None, normalize: Normalize = None
 ) -> Policy:
     """A policy as it is, or what acts in its place: a model of Stable-Baselines3, a module of torch, a function.
 
     Raises:
-        ConfigError: it is nothing that acts.
+        ConfigError: it is nothing that acts, or takes no statistics or no options.
     """
-    for key, value in env_options.items():
-        if key not in INTERFACE:
-            expected = f"one of {', '.join(INTERFACE)}; others are the task's"
-            raise ConfigError(f"env_options[{key!r}]", repr(value), expected)
     if hasattr(policy, "predict") and hasattr(policy, "observation_space"):
-        return Model(policy, name, env_options, statistics)
+        return Model(policy, PolicyCard(name or type(policy).__name__), env_options, normalize)
+    refuse_statistics(normalize, name or str(getattr(policy, "name", type(policy).__name__)))
     if not hasattr(policy, "begin"):
         return Function(policy, env_options, name)
     missing = [part for part in ("name", "env_options", "reset") if not hasattr(policy, part)]
@@ -142,7 +173,7 @@ def of_object(
     return acts
 
 
-def of_sb3_zip(path: Path, name: str, statistics: Path | None) -> Model:
+def of_sb3_zip(path: Path, card: PolicyCard, normalize: Normalize) -> Model:
     """The policy in a zip file of Stable-Baselines3, made by its own code, which the file chooses.
 
     Raises:
@@ -157,7 +188,7 @@ def of_sb3_zip(path: Path, name: str, statistics: Path | None) -> Model:
     made = data["policy_class"](data["observation_space"], data["action_space"], lambda _: 0.0, **settings)
     made.load_state_dict(parameters["policy"])
     made.set_training_mode(False)
-    return Model(made, name, statistics=statistics)
+    return Model(made, card, normalize=normalize)
 
 
 def of_torch(path: Path, name: str, env_options: Mapping[str, Any]) -> Function:

@@ -14,7 +14,7 @@ from snake_env.errors import ConfigError
 from snake_env.options import TaskOptions
 from snake_env.policies import files
 from snake_env.policies.policy_card import PolicyCard
-from snake_env.registration import OWN_ID, TASKS
+from snake_env.registration import MAX_EPISODE_STEPS, OWN_ID, TASKS
 
 INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
 """Keywords of the environment that belong to a policy; all others belong to the task on which it is evaluated."""
@@ -110,9 +110,12 @@ def interface(options: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in options.items() if name in INTERFACE}
 
 
-def task_keywords(options: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of an environment's keywords that belong to the task, and the length of episodes."""
-    return {name: value for name, value in options.items() if name in OF_A_TASK}
+def task_keywords(spec: Any, *more: str) -> dict[str, Any]:
+    """Those of a spec's keywords that belong to the task, and the length of episodes; and ``more``."""
+    found = {name: value for name, value in spec.kwargs.items() if name in OF_A_TASK or name in more}
+    if spec.max_episode_steps in (None, MAX_EPISODE_STEPS):
+        return found
+    return {"max_episode_steps": spec.max_episode_steps} | found  # of a single environment, whose wrapper ends episodes
 
 
 def named_task(env_id: str, options: dict[str, Any]) -> tuple[str, dict[str, Any]]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import pickle
 import sys
-import zipfile
 from collections.abc import Mapping
 from functools import partial
 from importlib import import_module
@@ -13,13 +11,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 from snake_env import _documents
-from snake_env._extras import MissingExtra
 from snake_env.errors import ConfigError
 from snake_env.policies import foreign, sb3_zip
 from snake_env.policies.gaits import DEGREE, GaitParameters, GaitPolicy
-from snake_env.policies.interface import title
+from snake_env.policies.interface import INTERFACE, title
 from snake_env.policies.network import Network
 from snake_env.policies.onnx_file import OnnxPolicy
+from snake_env.policies.policy_card import PolicyCard
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.shipped import NAMES, policy_path
 from snake_env.registration import TASKS
@@ -33,12 +31,6 @@ FILES = "a file (.safetensors, .onnx, .zip of Stable-Baselines3, .pt of torch), 
 
 CHOICES = f"{GAIT}, A,omega,beta in degrees, {', '.join((*SCRIPTED, *NAMES))}, {FILES}"
 """What may be named."""
-
-BROKEN = (
-    *(AttributeError, EOFError, ImportError, IndexError, KeyError, OSError, RuntimeError, TypeError, ValueError),
-    *(pickle.UnpicklingError, zipfile.BadZipFile),
-)
-"""What readers of policy files raise about broken ones."""
 
 
 def load_policy(
@@ -66,41 +58,38 @@ def load_policy(
             ``torch.nn.Module``, a function of observations.
         task: of the benchmark, for whose scenes a scripted controller was tuned; by default those that are hardest.
         normalize: file of the ``VecNormalize`` of a zip or a model; by default ``vecnormalize.pkl`` or
-            ``<name>_vecnormalize.pkl`` beside a zip, or that of the same checkpoint; False: none.
+            ``<name>_vecnormalize.pkl`` beside a zip, or that of the same checkpoint, and that of a model's environment;
+            False: none.
         trust: the file may run code: needed for modules of torch, and for a zip whose network is not of linear layers.
         env_options: what a function or file needs of the environment: ``action_mode``, ``perception``,
             ``nearest_pegs`` and ``control_period``.
         name: shown in tables; by default its own.
 
     Raises:
-        ConfigError: there is no such policy, or its file is of another kind or not trusted.
+        ConfigError: there is no such policy, or its file is of another kind or not trusted; or it takes no
+            ``normalize`` or ``env_options``.
         MissingExtra: a package is missing that an extra installs.
     """
     options = dict(env_options or {})
+    for key, value in options.items():
+        if key not in INTERFACE:
+            expected = f"one of {', '.join(INTERFACE)}; others are the task's"
+            raise ConfigError(f"env_options[{key!r}]", repr(value), expected)
     if not isinstance(policy, str | os.PathLike):
-        return foreign.of_object(policy, options, name, Path(normalize) if normalize else None)
+        return foreign.of_object(policy, options, name, normalize)
     text = str(policy)
-    scripted = text.replace("-", " ")
-    if text == GAIT:
-        return GaitPolicy()
-    if scripted in catalogue.CONTROLLERS:
-        return catalogue.tuned(scripted, task)
     path = policy_path(text)
-    if not os.path.isfile(path):
-        return _named(text, options, name)
-    try:
+    if text in (GAIT, *SCRIPTED, *catalogue.CONTROLLERS) or not os.path.isfile(path):
+        return _named(text, task, options, name, normalize)
+    with _documents.reading("policy", text, "a file that can be read"):
         found = _of_file(path, name or title(path), normalize, trust, options)
-    except (ConfigError, MissingExtra):
-        raise
-    except BROKEN as error:
-        raise ConfigError("policy", text, f"a file that can be read ({' '.join(str(error).split())})") from None
     found.env_options |= options
     return found
 
 
 def _of_file(path: Path, name: str, normalize: Any, trust: bool, options: dict[str, Any]) -> Any:
-    if normalize and path.suffix != ".zip":
-        raise ConfigError("normalize", str(normalize), f"None for {path.name}: it is of zips and of models")
+    if path.suffix != ".zip":
+        foreign.refuse_statistics(normalize, path.name)
     if path.suffix == ".safetensors":
         return Network(path, name)
     if path.suffix == ".onnx":
@@ -112,7 +101,8 @@ def _of_file(path: Path, name: str, normalize: Any, trust: bool, options: dict[s
         except sb3_zip.OtherNetwork as error:
             if not trust:
                 raise ConfigError("policy", str(path), f"{foreign.UNTRUSTED} ({error})") from None
-            return foreign.of_sb3_zip(path, name, statistics)
+            card = PolicyCard.of(name, _trained_in(path, statistics), path.with_suffix(".json"))
+            return foreign.of_sb3_zip(path, card, statistics or False)
     if path.suffix in (".pt", ".pth", ".pt2"):
         if not trust:
             raise ConfigError("policy", str(path), foreign.UNTRUSTED)
@@ -124,12 +114,18 @@ def _of_sb3_zip(path: Path, statistics: Path | None) -> tuple[Any, dict[str, Any
     """The network of a zip, and where it was trained if it lies in the folder of a run of ``python -m training``."""
     arrays, config = sb3_zip.read(path)
     arrays |= {} if statistics is None else sb3_zip.normalization(statistics)
+    return arrays, config | _trained_in(path, statistics)
+
+
+def _trained_in(path: Path, statistics: Path | None) -> dict[str, Any]:
+    """What is known about the policy in a zip."""
+    about = "" if statistics is None else f", observations normalised by {statistics.name}"
+    config = {"about": f"Network of Stable-Baselines3{about}."}
     beside = path.with_name("config.json")
     run = _documents.read(beside) if beside.is_file() else {}
     if isinstance(run, dict) and run.get("env_id") in TASKS and isinstance(run.get("env"), dict):
         config |= {"env_id": run["env_id"], "env": run["env"]}
-    about = "" if statistics is None else f", observations normalised by {statistics.name}"
-    return arrays, config | {"about": f"Network of Stable-Baselines3{about}."}
+    return config
 
 
 def _statistics(path: Path) -> Path | None:
@@ -141,22 +137,36 @@ def _statistics(path: Path) -> Path | None:
     return next(filter(Path.is_file, map(path.with_name, names)), None)
 
 
-def _named(text: str, options: dict[str, Any], name: str | None) -> Any:
-    """A gait by its numbers, or what Python imports."""
-    if text.count(",") == 2:
-        try:
-            return GaitPolicy(GaitParameters(*(float(part) * DEGREE for part in text.split(","))))
-        except ValueError:
-            pass
+def _named(text: str, task: str | None, options: dict[str, Any], name: str | None, normalize: Any) -> Any:
+    """A gait, also by its numbers, a scripted controller, or what Python imports."""
     module, colon, attribute = text.partition(":")
-    if not colon or not all(part.isidentifier() for part in (*module.split("."), attribute)):
+    if not colon:
+        found = _of_this_package(text, task)
+        foreign.refuse_statistics(normalize, text)
+        if options:
+            raise ConfigError("env_options", repr(options), f"none for {text}, which has its own")
+        return found
+    if not all(part.isidentifier() for part in (*module.split("."), attribute)):
         raise ConfigError("policy", text, f"one of {CHOICES}")
     here = os.getcwd()  # where people write the module; a command's own path is that of its script
     sys.path.insert(0, here)
     try:
-        found = getattr(import_module(module), attribute)
+        made = getattr(import_module(module), attribute)
     except (ImportError, AttributeError) as error:
         raise ConfigError("policy", text, f"module:name that Python can import ({error})") from None
     finally:
         sys.path.remove(here)
-    return foreign.of_object(found() if isinstance(found, type) else found, options, name)
+    return foreign.of_object(made() if isinstance(made, type) else made, options, name, normalize)
+
+
+def _of_this_package(text: str, task: str | None) -> Any:
+    scripted = text.replace("-", " ")
+    if scripted in catalogue.CONTROLLERS:
+        return catalogue.tuned(scripted, task)
+    if text == GAIT:
+        return GaitPolicy()
+    try:
+        amplitude, omega, beta = (float(part) * DEGREE for part in text.split(","))
+    except ValueError:
+        raise ConfigError("policy", text, f"one of {CHOICES}") from None
+    return GaitPolicy(GaitParameters(amplitude, omega, beta))

@@ -33,6 +33,9 @@ class OnnxPolicy(Trained):
     Args:
         path: the file.
         name: shown in tables; by default the title of the path.
+
+    Raises:
+        ValueError: it is none, or has other inputs or outputs.
     """
 
     def __init__(self, path: Path, name: str | None = None) -> None:
@@ -47,13 +50,23 @@ class OnnxPolicy(Trained):
             raise ValueError(f"{path}: {error}") from None
         config = _documents.of_json(self._session.get_modelmeta().custom_metadata_map.get("config", "{}"))
         super().__init__(PolicyCard.of(name or title(path), config, path.with_suffix(".json")))
-        self._inputs = {one.name: one.shape for one in self._session.get_inputs()}
-        self._output = self._session.get_outputs()[0].name
-        self._takes = next(iter(self._inputs))
-        if len(self._inputs) > 1 and set(self._inputs) != {"observation", "state", "begins"}:
-            raise ValueError(
-                f"{path}: inputs {', '.join(self._inputs)}, expected observation, or also state and begins"
-            )
+        inputs, outputs = self._session.get_inputs(), self._session.get_outputs()
+        self._inputs = {one.name: one.shape for one in inputs}
+        self._output = outputs[0].name
+        self._takes = inputs[0].name
+        remembers = len(inputs) > 1
+        if remembers and set(self._inputs) != {"observation", "state", "begins"}:
+            raise ValueError(f"inputs {', '.join(self._inputs)}, expected observation, or also state and begins")
+        if remembers and not {"action", "next_state"} <= {one.name for one in outputs}:
+            raise ValueError(f"outputs {', '.join(one.name for one in outputs)}, expected action and next_state")
+        for one in (*inputs, *outputs):
+            kind = "tensor(bool)" if one.name == "begins" else "tensor(float)"
+            batch = one.shape[0] if len(one.shape) == 2 else 0
+            sizes = (1,) if one.name == self._takes and not remembers else ()
+            if one.type != kind or (one in inputs and isinstance(batch, int) and batch not in sizes):
+                raise ValueError(f"{one.name} is {one.type} of shape {one.shape}, expected {kind} of shape (n, size)")
+        if remembers and not isinstance(self._inputs["state"][1], int):
+            raise ValueError(f"state has the shape {self._inputs['state']}, expected a number of columns")
         self._state: NDArray[np.float32] | None = None
         self._begins = np.ones(0, np.bool_)
 

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 from snake_env import _documents
 from snake_env._extras import extras
+from snake_env.errors import ConfigError
+from snake_env.policies.network import ACTIVATIONS
 
 Double = NDArray[np.float64]
 
@@ -55,6 +57,13 @@ FAMILIES = (
 )
 """PPO and A2C; SAC and TQC; TD3 and DDPG."""
 
+ACTIVATION = "torch.nn.modules.activation."
+SAFE_TORCH = (2, 6)
+"""The first version that reads weights without running code (CVE-2025-32434)."""
+
+MOST = _documents.LARGEST // 4
+"""Weights of a policy, float32."""
+
 
 class OtherNetwork(ValueError):
     """Layers are not all that is in a policy."""
@@ -70,14 +79,21 @@ def read(path: Path) -> tuple[dict[str, Double], dict[str, Any]]:
     """
     _documents.require_size(path)
     with zipfile.ZipFile(path) as archive:
-        for info in archive.infolist():
-            if info.file_size > _documents.LARGEST:
-                raise ValueError(f"{info.filename} has {info.file_size:,} bytes, {_documents.LARGEST:,} are the most")
+        _require_size(archive)
         data = _documents.of_json(archive.read("data").decode())
-        weights = archive.read("policy.pth")
+        weights = io.BytesIO(archive.read("policy.pth"))
+    if zipfile.is_zipfile(weights):
+        with zipfile.ZipFile(weights) as archive:
+            _require_size(archive)
+    weights.seek(0)
     with extras():
         import torch
-    state = torch.load(io.BytesIO(weights), map_location="cpu", weights_only=True)
+    if tuple(map(int, torch.__version__.split(".")[:2])) < SAFE_TORCH:
+        expected = "2.6 or newer, since earlier ones may run code that is in files of weights"
+        raise ConfigError("torch.__version__", str(torch.__version__), expected)
+    state = torch.load(weights, map_location="cpu", weights_only=True)
+    if (numbers := sum(tensor.numel() for tensor in state.values())) > MOST:  # those of a tensor may share storage
+        raise ValueError(f"it has {numbers:,} weights, {MOST:,} are the most")
     tensors = {name: np.asarray(tensor, np.float64) for name, tensor in state.items()}
     parts = ("policy_kwargs", "policy_class", "observation_space", "action_space")
     settings, module, seen, done = (_mapping(data, name) for name in parts)
@@ -88,8 +104,16 @@ def read(path: Path) -> tuple[dict[str, Double], dict[str, Any]]:
         _require(space.get(":type:") == "<class 'gymnasium.spaces.box.Box'>", what)
     arrays, family = _actor(tensors)
     squash = family.squash or (data.get("use_sde") is True and str(settings.get("squash_output")) == "True")
-    kind = str(settings.get("activation_fn", family.activation)).rstrip("'>").rpartition(".")[2]
-    return arrays, {"policy": {"activation": kind.lower(), "squash": squash}}
+    named = str(settings.get("activation_fn", f"<class '{ACTIVATION}{family.activation}'>"))
+    kind = named.removeprefix(f"<class '{ACTIVATION}").removesuffix("'>").lower()
+    _require(kind in ACTIVATIONS, f"the activation {named}")
+    return arrays, {"policy": {"activation": kind, "squash": squash}}
+
+
+def _require_size(archive: zipfile.ZipFile) -> None:
+    for info in archive.infolist():
+        if info.file_size > _documents.LARGEST:
+            raise ValueError(f"{info.filename} has {info.file_size:,} bytes, {_documents.LARGEST:,} are the most")
 
 
 def _actor(tensors: dict[str, Double]) -> tuple[dict[str, Double], _Family]:
@@ -143,29 +167,32 @@ def normalization(path: Path) -> dict[str, Double]:
     """Mean, deviation and clip of observations from the file of a ``VecNormalize``; empty if it does not scale them.
 
     Raises:
-        ValueError: it is none, or of observations that are no single array.
+        ConfigError: it is none, or of observations that are no single array.
     """
-    _documents.require_size(path)
-    found = _Reader(io.BytesIO(path.read_bytes())).load()
-    state = getattr(found, "state", None)
-    if type(found).__name__ != "VecNormalize" or not isinstance(state, dict):
-        raise ValueError(f"{path}: expected a file that VecNormalize.save has written")
-    if not state.get("norm_obs", True):
-        return {}
-    statistics = getattr(state["obs_rms"], "state", None)
-    if not isinstance(statistics, dict):
-        raise ValueError(f"{path}: statistics of observations that are no single array")
-    mean, variance = (_array(path, statistics[name]) for name in ("mean", "var"))
-    return {
-        "normalize.mean": mean,
-        "normalize.deviation": np.sqrt(variance + float(state["epsilon"])),
-        "normalize.clip": np.array([float(state["clip_obs"])]),
-    }
+    with _documents.reading("normalize", path, "a file that VecNormalize.save has written"):
+        _documents.require_size(path)
+        found = _Reader(io.BytesIO(path.read_bytes())).load()
+        state = getattr(found, "state", None)
+        if type(found).__name__ != "VecNormalize" or not isinstance(state, dict):
+            raise ValueError(f"{type(found).__name__} is none")
+        if not state.get("norm_obs", True):
+            return {}
+        mean, variance = (_array(state["obs_rms"].state[name]) for name in ("mean", "var"))
+        return scaling(mean, variance, float(state["epsilon"]), float(state["clip_obs"]))
 
 
-def _array(path: Path, pickled: Any) -> Double:
-    """A vector of NumPy from its pickled parts: version, shape, type, order, bytes."""
-    _, shape, kind, _, content = pickled.state
+def scaling(mean: Double, variance: Double, epsilon: float, clip: float) -> dict[str, Double]:
+    """Mean, deviation and clip of a ``VecNormalize``."""
+    deviation = np.sqrt(variance + epsilon)
+    return {"normalize.mean": mean, "normalize.deviation": deviation, "normalize.clip": np.array([clip])}
+
+
+def _array(pickled: Any) -> Double:
+    """A vector of NumPy from its pickled parts, which the protocols of pickle order differently."""
+    if pickled.state is None:  # from protocol 5: bytes, type, shape, order
+        content, kind, shape, _ = pickled.args
+    else:  # version, shape, type, order, bytes
+        _, shape, kind, _, content = pickled.state
     if kind.args[0] not in ("f8", "f4") or len(shape) != 1:
-        raise ValueError(f"{path}: expected vectors of float64, found {kind.args[0]} of shape {shape}")
+        raise ValueError(f"vectors of {kind.args[0]} of shape {shape}, not float64")
     return np.frombuffer(content, f"<{kind.args[0]}", count=shape[0]).astype(np.float64)

@@ -6,6 +6,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from snake_env import ConfigError
+
 
 @pytest.mark.parametrize("mode", ["SameStep", "Disabled"])
 def test_torchrl_takes_a_batch_as_it_is(mode):
@@ -65,6 +67,13 @@ def test_rsl_rl_hears_of_time_limits_only(adapter):
     *_, dones, extras = env.step(torch.zeros(2, 4))
     assert dones.tolist() == [1, 1]
     assert extras["time_outs"].tolist() == [False, True]
+
+
+def test_rsl_rl_refuses_a_batch_that_restarts_otherwise(adapter):
+    envs = gym.make_vec("SnakeField-v1", 2, autoreset_mode="NextStep")
+    with pytest.raises(ConfigError, match=r'autoreset_mode = NextStep: expected "SameStep", the only mode of rsl_rl'):
+        adapter.RslRlEnv(envs)
+    envs.close()
 
 
 def test_rsl_rl_learns_from_a_batch(adapter):

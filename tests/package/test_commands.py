@@ -70,9 +70,12 @@ def test_in_3d_the_default_gait_moves_on(tmp_path):
     assert json.loads(out.read_text())["scores"]["default gait"]["speed"]["value"] > 0.08, "m/s"
 
 
-def test_bench_prints_a_row_per_environment(capsys):
+def test_bench_prints_a_row_per_environment(capsys, monkeypatch):
+    monkeypatch.setattr(bench, "in_readme", lambda: {"SnakeFree-v1": 400.0})
+    monkeypatch.setattr(bench, "rate", lambda *given: (200.0, 100.0) if given[-1] else (300.0, 100.0))
     assert main(["bench", "--seconds", "0.02", "--num-envs", "2", "--env", "SnakeFree-v1"]) == 0
-    assert "| `SnakeFree-v1` | " in capsys.readouterr().out
+    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("| `SnakeFree-v1` | "))
+    assert row.endswith(" | 0.50 |")
 
 
 def test_bench_counts_processor_time_as_the_readme_does(monkeypatch):
@@ -89,11 +92,15 @@ def test_bench_counts_processor_time_as_the_readme_does(monkeypatch):
     assert processor > 3.0 * wall
 
 
-def test_bench_measures_the_environments_of_the_readme():
+def test_bench_measures_the_environments_of_the_readme(monkeypatch):
     readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     speed = readme.partition("\n## Speed\n")[2].partition("\n## ")[0]
     assert "per CPU second" in speed
     assert set(re.findall(r"^\| `(\w+-v1)`", speed, re.MULTILINE)) == set(bench.IDS)
+    monkeypatch.setattr(bench, "metadata", lambda _: readme)
+    found = bench.in_readme()
+    assert set(found) < set(bench.IDS)
+    assert f"| `SnakeField-v1` | gait | {found['SnakeField-v1']:,.0f} |" in speed
 
 
 def test_card_of_a_policy(capsys):

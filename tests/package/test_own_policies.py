@@ -16,6 +16,7 @@ pytest.importorskip("stable_baselines3")
 pytest.importorskip("scipy")
 pytest.importorskip("onnxruntime")
 
+import cloudpickle
 import stable_baselines3 as algorithms
 import torch
 from stable_baselines3.common.policies import ActorCriticPolicy
@@ -67,7 +68,7 @@ def test_a_zip_acts_as_its_model_without_running_its_code(tmp_path, kind, monkey
     model = getattr(algorithms, algorithm)("MlpPolicy", env, device="cpu", seed=1, **settings)
     model.save(tmp_path / "model.zip")
     env.save(tmp_path / "vecnormalize.pkl")
-    monkeypatch.setattr(pickle, "loads", lambda *_: pytest.fail("a pickle was loaded"))
+    monkeypatch.setattr(cloudpickle, "loads", lambda *_: pytest.fail("a pickle was loaded"))
     monkeypatch.setattr(pickle, "load", lambda *_: pytest.fail("a pickle was loaded"))
     policy = load_policy(tmp_path / "model.zip")
     assert isinstance(policy, Network)
@@ -276,7 +277,10 @@ def test_a_model_is_scored_where_it_was_trained(tmp_path):
     in_another = snake_env.evaluate(model, "field-hard", episodes=1)
     assert in_another.task.name == "field-hard"
     given = snake_env.evaluate(
-        lambda observation: model.predict(env.normalize_obs(observation))[0] * 0.0, env, episodes=1
+        lambda observation: model.predict(env.normalize_obs(observation))[0] * 0.0,
+        env,
+        episodes=1,
+        normalize=False,
     )
     assert given.task.options["perception"] == "blind"
     alone = snake_env.evaluate(model, episodes=1, seed=6)

@@ -20,6 +20,7 @@ from snake_env._files import replace
 from snake_env.evaluation import seeds
 from snake_env.policies.foreign import Model
 from snake_env.policies.interface import interface
+from snake_env.policies.policy_card import PolicyCard
 from training import tracking
 from training.budget import Budget, Interval, StopRequest
 from training.config import CurriculumConfig, Sb3Config
@@ -189,7 +190,7 @@ class RunCallback(BaseCallback):
         self._bar.update(100.0 * self._budget.used - self._bar.n)
 
     def _evaluate(self, model: Any) -> None:
-        row = self._progress.play(Model(model, "policy", interface(self._config.env)), model.num_timesteps)
+        row = self._progress.play(Model(model, PolicyCard("policy"), interface(self._config.env)), model.num_timesteps)
         for key, value in row.items():
             if key != "steps":
                 self.logger.record(f"eval/{key}", value)

@@ -56,9 +56,14 @@ class Controller(Trained):
         """Forgets what it remembers of the robots in ``rows`` (n,)."""
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Actions (n, a) in [-1, 1] for observations (n, o)."""
+        """Actions (n, a) in [-1, 1] for observations (n, o).
+
+        Raises:
+            ConfigError: the observations are not those of the environment that it has begun in.
+        """
         if self.num_envs != len(observation):
             self.begin_as_trained(len(observation))
+        self.require_inputs(observation.shape[1], self.sensors.width)
         self.sensors.read(observation)
         command = self.command()
         if self.mode == "gait":  # in 3D the vertical wave, whose parameters come last, is zero

@@ -19,6 +19,7 @@ class Sensors:
 
     def __init__(self, layout: dict[str, Any]) -> None:
         self._blocks = {block["name"]: block for block in layout["observation"]}
+        self.width = sum(block["size"] for block in layout["observation"])
         self._observation: NDArray[np.float32] = np.zeros((0, 0), np.float32)
 
     def read(self, observation: NDArray[np.float32]) -> None:
