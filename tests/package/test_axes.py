@@ -193,9 +193,9 @@ def test_absent_axes_have_no_angle_at_the_start():
     # The wave would bend the yaw of joint 3, which it does not have, by -0.35 rad.
     limits = [1.5, 1.5, 1.5, (-0.3, 1.2), 1.5, 1.5]
     robot = Robot(links=7, axes=ALTERNATING, joint_limit=limits)
-    simulate(model="spatial", robot=robot, gait=Gait.lateral_undulation(), duration=0.05)
+    simulate(model="spatial", robot=robot, gait=Gait.lateral_undulation(), duration=0.1)
     # All pitches of the lifting wave are absent: the robot lies flat.
-    flat = simulate(model="spatial", robot=Robot(links=7, axes="yaw"), gait=Gait.lateral_rolling(), duration=0.05)
+    flat = simulate(model="spatial", robot=Robot(links=7, axes="yaw"), gait=Gait.lateral_rolling(), duration=0.1)
     np.testing.assert_allclose(flat.position[0, :, 2], flat.position[0, 0, 2], atol=1e-9)
 
 
