@@ -60,6 +60,8 @@ WRITES = re.compile(
 INSIDE = {
     "snake_env/_files.py": 1,
     "snake_env/policies/files.py": 1,
+    "snake_env/policies/onnx_file.py": 1,
+    "snake_env/trajectory_file.py": 1,
     "snake_env/drawing.py": 1,
     "snake_env/evaluation/film.py": 1,
     "training/learners/ppo.py": 1,

@@ -15,9 +15,9 @@ TOLERANCE = 0.25
 @rows.ours(
     "three steps across the way of sidewinding",
     bound="with the thesis's lift of 10 degrees it climbs all steps of 1 cm and none of 2 cm; with twice the lift "
-    "those of 2 cm too; of steps of 6 cm none, but with twice the friction at least the first in a third of the runs: "
-    "the links that push must hold while others are lifted over the edge, and whether they catch it changes with the "
-    "coefficient's second digit",
+    "those of 2 cm too; a step of 6 cm in at most a third of the runs, with twice the friction in at least a third and "
+    "in more: the links that push must hold while others are lifted over the edge, and whether they catch it changes "
+    "with the coefficient's second digit",
 )
 def _climbing(runs: Runs) -> Result:
     found = {case: climbed(runs, *case) for case in CASES}
@@ -35,4 +35,5 @@ def _climbing(runs: Runs) -> Result:
     )
     low, high, lifted = found.values()
     holds = abs(low - STEPS) < TOLERANCE and abs(lifted - STEPS) < TOLERANCE and high < TOLERANCE
-    return ours, holds and not any(slipping) and 3 * sum(holding) >= len(holding)
+    few = 3 * sum(slipping) <= len(slipping) and sum(slipping) < sum(holding)
+    return ours, holds and few and 3 * sum(holding) >= len(holding)
