@@ -26,10 +26,11 @@ def render(results: Results, images: str, published: bool = False) -> str:
     if not published:
         sections += [_widths(results), _targets(results)]
     sections.append(comparison.render(results, images, tables=not published))
+    growth = [*_growth(results, images)]
     if published:
-        sections.append(f"## Growth\n\n![Growth]({images}/bench-growth.png)\n\n{texts.PUBLISHED}")
+        sections += [*growth[:1], texts.PUBLISHED]
     else:
-        sections += [*_growth(results, images), _skip(results), _certificate(results), _interface(results)]
+        sections += [*growth, _skip(results), _certificate(results), _interface(results)]
     return "\n\n".join(section for section in [*sections, texts.HOW] if section) + "\n"
 
 

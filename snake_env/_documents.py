@@ -152,11 +152,3 @@ def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
             raise ValueError(f"{name} is there twice")
         found[name] = value
     return found
-
-
-def merged(base: Any, changes: Any) -> Any:
-    """``base`` with ``changes``, mapping by mapping; None leaves a name out."""
-    if not isinstance(base, dict) or not isinstance(changes, dict):
-        return changes
-    both = base | {name: merged(base.get(name), value) for name, value in changes.items()}
-    return {name: value for name, value in both.items() if value is not None or name not in changes}

@@ -191,7 +191,7 @@ _DIRECTIONS = {"yaw": (0, 0, 1), "pitch": (0, 1, 0), "roll": (1, 0, 0)}
 
 
 def _hinge(joint: int, axis: Any) -> dict[str, Any]:
-    """Name and direction of an axis of a joint; vectors count along x, y and z of the link as this package has them."""
+    """Name and direction of an axis of a joint; components of vectors are those in the link frame of this package."""
     if isinstance(axis, str):
         return {"name": f"{axis}_{joint + 1}", "axis": _DIRECTIONS[axis]}
     return {"name": f"axis_{joint + 1}", "axis": (axis[2], axis[0], axis[1])}

@@ -84,8 +84,8 @@ def simulate(
     own = gait
     if reference_rate is not None or delay != 0.0 or not _is_section(gait):
         chain = of_run["robot"]
-        axes = chain if model == "spatial" and chain.axes != "both" else None
-        gait = JointTrajectory.sampled(gait, duration, chain.links - 1, reference_rate, delay, axes)
+        with_axes = chain if model == "spatial" and chain.axes != "both" else None
+        gait = JointTrajectory.sampled(gait, duration, chain.links - 1, reference_rate, delay, with_axes)
     config = {"model": model, "duration": duration, "sample": sample, "seed": seed, "record": _groups(record)}
     sections = {
         **of_run,

@@ -29,3 +29,11 @@ def read(path: Path | str) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise ConfigError("config", found, "a mapping of names to values")
     return values
+
+
+def merged(base: Any, changes: Any) -> Any:
+    """``base`` with ``changes``, mapping by mapping; None leaves a name out."""
+    if not isinstance(base, dict) or not isinstance(changes, dict):
+        return changes
+    both = base | {name: merged(base.get(name), value) for name, value in changes.items()}
+    return {name: value for name, value in both.items() if value is not None or name not in changes}

@@ -26,8 +26,9 @@ from typing import Annotated, Any, Literal, TypeVar
 import gymnasium as gym
 import tyro
 
-from snake_env import ConfigError, _documents
+from snake_env import ConfigError
 from training import config as configs
+from training import config_file
 from training.config import LearnerName, RunConfig
 from training.runs import RunFolder, StaleRun, sole_writer
 
@@ -146,7 +147,7 @@ def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind
     )
     with configs.checked(type(default)):
         config: RunConfig = tyro.cli(both, args=given, description=text, config=(tyro.conf.AvoidSubcommands,)).values
-    config = config.with_changes(env=_documents.merged(default.env, config.env))
+    config = config.with_changes(env=config_file.merged(default.env, config.env))
     if options.action_mode is not None:
         config = config.with_changes(env=config.env | {"action_mode": options.action_mode})
     if begun is not None:

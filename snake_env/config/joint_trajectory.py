@@ -133,11 +133,13 @@ def _samples(reference: Any, time: Array, joints: int, robot: Robot | None) -> t
     if isinstance(reference, Gait | JointTrajectory):
         keywords = {"joints": joints} if isinstance(reference, Gait) else {}
         axes = [reference.reference(time, vertical=vertical, **keywords) for vertical in (False, True)]
-        # A trajectory's own table: in two dimensions it has one column per axis.
-        table = reference.angle if robot is not None and isinstance(reference, JointTrajectory) else None
-        flat = robot is None and not np.any(axes[1]["angle"]) if table is None else np.ndim(table) == 2
         angle, rate = (np.stack([axis[name] for axis in axes], axis=-1) for name in ("angle", "rate"))
-        if robot is not None and table is None:
+        if robot is None:
+            flat = not np.any(axes[1]["angle"])
+        elif isinstance(reference, JointTrajectory):
+            flat = np.ndim(reference.angle) == 2  # one column per axis
+        else:
+            flat = False
             angle[:, robot.twisting], rate[:, robot.twisting] = 0.0, 0.0
         return (angle[..., 0], rate[..., 0]) if flat else (angle, rate)
     if not callable(getattr(reference, "angle", None)) or not callable(getattr(reference, "rate", None)):

@@ -104,7 +104,8 @@ def evaluate(
     Raises:
         ConfigError: the policy, the task, an option or the number of episodes is not admissible.
     """
-    count = integer(*(("episodes", episodes) if scenes is None else ("scenes", scenes)), 1, len(seeds.HELD_OUT))
+    given, value = ("episodes", episodes) if scenes is None else ("scenes", scenes)
+    count = integer(given, value, 1, len(seeds.HELD_OUT))
     options = {} if precision is None else {"precision": precision}
     how = {"env_options": env_options, "normalize": normalize, "trust": trust}
     player, played_in = tasks.acting_in(policy, task, "field-hard", options, **how)

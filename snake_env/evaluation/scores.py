@@ -77,7 +77,7 @@ def against(episodes: Episodes, reference: Episodes) -> Row:
 
 
 def table(rows: dict[str, Row]) -> str:
-    """Policies by line, scores by column: value [low, high]; in several parts of at most 100 characters a line."""
+    """Policies by line, scores by column: value [low, high]; in several parts of at most 100 characters per line."""
     lines = [["", *map(_heading, SCORES)]]
     lines += [[name, *(cell(row[one.name], one.decimals) for one in SCORES)] for name, row in rows.items()]
     first, *columns = (

@@ -1,4 +1,4 @@
-"""The tasks of the benchmark: environments by name, from ``tasks.json``."""
+"""The tasks of the benchmark, from ``tasks.json``, and which policy acts in which."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What acts: gaits, scripted controllers, trained networks.
 
-One direction of imports: ``files, memory, policy_card <- interface <- gaits, network <- scripted, foreign, onnx_file <-
-loading``.
+One direction of imports: ``files, memory, policy_card <- interface <- gaits, network <- scripted, sb3_zip, onnx_file <-
+foreign <- loading``; ``wrappers`` and ``shipped`` import none of these.
 """
 
 from snake_env.policies.gaits import DEGREE, ConstantAction, GaitParameters, GaitPolicy

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from snake_env._extras import extras
 from snake_env.errors import ConfigError
-from snake_env.policies.interface import Policy, Stateless, Trained, task_keywords
+from snake_env.policies.interface import Policy, PolicyBase, Stateless, task_keywords
+from snake_env.policies.network import Scaling
 from snake_env.policies.policy_card import PolicyCard
 from snake_env.policies.sb3_zip import normalization
 from snake_env.policies.wrappers import normalization_of, spec_of
@@ -64,7 +65,7 @@ class Function(Stateless):
         return action
 
 
-class Model(Trained):
+class Model(PolicyBase):
     """A model of Stable-Baselines3, or its policy, without exploration noise.
 
     Observations are scaled by the ``VecNormalize`` in a file, or by that of the model's environment. One that remembers
@@ -136,8 +137,8 @@ def _scaling(statistics: Path) -> Any:
     found = normalization(statistics)
     if not found:
         return lambda observation: observation
-    mean, deviation, clip = found.values()
-    return lambda observation: np.clip((observation - mean) / deviation, -clip, clip).astype(np.float32)
+    scaling = Scaling(*found.values())
+    return lambda observation: scaling(observation).astype(np.float32)
 
 
 def refuse_statistics(normalize: Normalize, name: str) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from snake_env.config.section import DEGREE, core_defaults
 from snake_env.errors import ConfigError
-from snake_env.policies.interface import Stateless, Trained
+from snake_env.policies.interface import PolicyBase, Stateless
 from snake_env.policies.policy_card import PolicyCard
 
 _THESIS = core_defaults("gait")
@@ -98,7 +98,7 @@ class GaitParameters:
         return np.clip(action, -1.0, 1.0).astype(np.float32)
 
 
-class GaitPolicy(Trained):
+class GaitPolicy(PolicyBase):
     """A gait that never changes.
 
     Args:

@@ -58,8 +58,8 @@ class Stateless:
         """Has nothing to forget."""
 
 
-class Trained(Stateless):
-    """A policy that was made for an environment.
+class PolicyBase(Stateless):
+    """A policy with a card, and the environment that the card names.
 
     Args:
         card: what it is, where it was trained and how it scored.

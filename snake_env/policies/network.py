@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from snake_env.errors import ConfigError
 from snake_env.policies import files
-from snake_env.policies.interface import Trained, title
+from snake_env.policies.interface import PolicyBase, title
 from snake_env.policies.memory import MemoryTraces, network_inputs, time_constants
 from snake_env.policies.policy_card import PolicyCard
 
@@ -36,8 +36,13 @@ class Scaling(NamedTuple):
     deviation: Double
     clip: Double
 
+    def __call__(self, observation: Double) -> Double:
+        """The inputs."""
+        scaled: Double = np.clip((observation - self.mean) / self.deviation, -self.clip, self.clip)
+        return scaled
 
-class Network(Trained):
+
+class Network(PolicyBase):
     """The actor of a file, without exploration noise: layers ``actor.<k>.weight`` and ``.bias``.
 
     Between them is tanh, or what ``policy.activation`` of the configuration names; with ``policy.squash`` tanh also
@@ -106,8 +111,7 @@ class Network(Trained):
         if seen.shape[1] != len(self.layers[0][0]):
             self._refuse(observation)
         if self.scaling is not None:
-            mean, deviation, clip = self.scaling
-            seen = np.clip((seen - mean) / deviation, -clip, clip)
+            seen = self.scaling(seen)
         activation = ACTIVATIONS[self.activation]
         action = outputs_alone(self.layers, seen, activation)
         if self.signs is not None:

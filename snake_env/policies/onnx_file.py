@@ -1,8 +1,8 @@
 """Policies as ONNX files: exported for other programs, and played with onnxruntime.
 
 A file takes ``observation`` (n, o), or those of one robot at a time, and gives ``action`` (n, a), float32. One that
-remembers also takes ``state`` (n, s)
-and ``begins`` (n, 1), bool, true where the observation is the first of an episode, and gives ``next_state`` (n, s).
+remembers also takes ``state`` (n, s) and ``begins`` (n, 1), bool, true where the observation is the first of an
+episode, and gives ``next_state`` (n, s).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from snake_env import _documents
 from snake_env._extras import extras
 from snake_env._files import replace
-from snake_env.policies.interface import Trained, title
+from snake_env.policies.interface import PolicyBase, title
 from snake_env.policies.memory import MemoryTraces, remembered
 from snake_env.policies.network import Network
 from snake_env.policies.policy_card import PolicyCard
@@ -25,7 +25,7 @@ from snake_env.policies.policy_card import PolicyCard
 OPSET = 17
 
 
-class OnnxPolicy(Trained):
+class OnnxPolicy(PolicyBase):
     """A network in an ONNX file, such as :func:`export` writes, on one thread.
 
     The metadata ``config``, JSON text, may name ``env_id`` and ``env`` of its training.

@@ -163,8 +163,7 @@ def _lifting() -> Experiments:
 def _drop() -> Experiments:
     """Section 7.3.1: inclined by 30 degrees, link 1 lowest, 0.3 m above the ground; actuators on from 1 s.
 
-    The fall is an avalanche of impacts, whose order decides how far the robot slides: with steps of 10 ms it misses a
-    third of it, with 5 ms and less and with the printed scheme it slides 8.3 to 10.9 cm.
+    The fall is an avalanche of impacts, whose order decides how far the robot slides.
     """
     start = Start(position=(0.0, 0.0, 0.3525), pitch=30 * DEGREE, posture="straight")
     drop = Experiment(

@@ -59,16 +59,16 @@ def test_in_3d_a_policy_rolls_faster_than_the_best_constant_gait():
 
 
 def test_in_3d_a_policy_passes_fields_faster_than_heading_control():
-    """On thirty scenes of the benchmark's task, without passing through anything: 0.97 pass, of 500."""
-    task, fields = tasks.load()["spatial-field"], seeds.held_out(30)
+    """On forty scenes of the benchmark's task, without passing through anything: 0.96 pass, of 200."""
+    task, fields = tasks.load()["spatial-field"], seeds.held_out(40)
     played = [
         rollout.run_episodes(policy, task.env_id, fields, 1, **task.options)
         for policy in (catalogue.tuned("heading control", "field-hard"), snake_env.load_policy("spatial-field"))
     ]
     control, learned = played
-    # Five standard deviations below 0.97, and above the controller's 0.6.
-    assert learned["is_success"].mean() >= max(0.8, control["is_success"].mean() + 0.1)
-    assert learned["speed"].mean() > 1.3 * control["speed"].mean()
+    # Networks round differently on other machines, and contacts amplify it: bounds of four standard deviations.
+    assert learned["is_success"].mean() >= max(0.85, control["is_success"].mean() + 0.1)
+    assert learned["speed"].mean() > 1.1 * control["speed"].mean()
     assert not (learned["diverged"] | learned["penetrated"]).any()
 
 

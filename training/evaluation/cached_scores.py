@@ -92,7 +92,7 @@ def scripted(name: str) -> Entry:
 
 
 def thesis_gait(task: BenchmarkTask) -> Policy:
-    """The thesis's gait in a task."""
+    """The thesis's gait, the same in every task."""
     return GaitPolicy(GaitParameters())
 
 

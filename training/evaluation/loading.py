@@ -33,11 +33,10 @@ def _origin(path: Path) -> tuple[str, dict[str, Any]]:
     Raises:
         ConfigError: the file cannot be read, or does not name them.
     """
-    policy = load_policy(path)
-    config = getattr(policy, "config", {})
-    if path.suffix != ".zip" and not ("env_id" in config and "env" in config):
+    card = getattr(load_policy(path), "card", None)
+    if card is None or (path.suffix != ".zip" and card.env_id is None):
         raise ConfigError("policy", path, "a file with the configuration of its run, env_id and env, as metadata")
-    return config.get("env_id", "SnakeField-v1"), config.get("env", {})
+    return card.env_id or "SnakeField-v1", card.env_options
 
 
 def trained_with(path: Path) -> str:

@@ -208,8 +208,8 @@ impl Robot {
         self.axes.iter().zip(values).flat_map(of_joint).flatten()
     }
 
-    /// The two values of each joint, zero about axes that it does not have, from those of all axes; none if these are not
-    /// as many.
+    /// The two values of each joint, `none` about axes that it does not have, from those of all axes; `None` if the
+    /// numbers differ.
     pub fn by_joint<V: Clone>(&self, of_axes: &[V], none: &V) -> Option<Vec<[V; 2]>> {
         let mut values = vec![[none.clone(), none.clone()]; self.joint_count()];
         let axes: Vec<_> = self.axis_list().collect();

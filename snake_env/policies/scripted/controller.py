@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.policies.gaits import DEGREE
-from snake_env.policies.interface import Trained
+from snake_env.policies.interface import PolicyBase
 from snake_env.policies.policy_card import PolicyCard
 from snake_env.policies.scripted.sensors import Array, Sensors
 
@@ -19,7 +19,7 @@ BETAS = (-65 * DEGREE, -25 * DEGREE)
 """Waves that the tuning tries [rad, rad/s, rad]."""
 
 
-class Controller(Trained):
+class Controller(PolicyBase):
     """A scripted policy with named parameters.
 
     A subclass gives ``ranges``, the bounds within which tuning chooses each parameter, and :meth:`command`.

@@ -15,9 +15,9 @@ TOLERANCE = 0.25
 @rows.ours(
     "three steps across the way of sidewinding",
     bound="with the thesis's lift of 10 degrees it climbs all steps of 1 cm and none of 2 cm; with twice the lift "
-    "those of 2 cm too; a step of 6 cm in at most a third of the runs, with twice the friction in at least a third and "
-    "in more: the links that push must hold while others are lifted over the edge, and whether they catch it changes "
-    "with the coefficient's second digit",
+    "those of 2 cm too; a step of 6 cm in at most a third of the runs, with twice the friction in more runs and at "
+    "least a third: the links that push must hold while others are lifted over the edge, and whether they catch it "
+    "changes with the coefficient's second digit",
 )
 def _climbing(runs: Runs) -> Result:
     found = {case: climbed(runs, *case) for case in CASES}

@@ -119,13 +119,9 @@ pub fn link_obstacle_contact(
     obstacles: &ObstacleGrid,
     (obstacle, feature): (usize, usize),
 ) -> LinkContact {
-    let pegs = obstacles.pegs();
-    match pegs.get(obstacle) {
+    match obstacles.pegs().get(obstacle) {
         Some(peg) => link_peg_contact(pose, cos, sin, link, peg),
-        None => {
-            let wall = &obstacles.walls().walls()[obstacle - pegs.len()];
-            link_wall_contact(pose, cos, sin, link, &wall.polygon, feature)
-        }
+        None => link_wall_contact(pose, cos, sin, link, obstacles.polygon(obstacle), feature),
     }
 }
 

@@ -211,8 +211,9 @@ impl NearObstacles {
                 }
             });
             for wall in obstacles.walls().near(pose.xy(), link.reach() + margin + SKIN) {
-                for feature in 0..obstacles.walls().walls()[wall].polygon.features() {
-                    let at = (obstacles.pegs().len() + wall, feature);
+                let obstacle = obstacles.pegs().len() + wall;
+                for feature in 0..obstacles.features(obstacle) {
+                    let at = (obstacle, feature);
                     let gap = link_obstacle_contact(&pose, cos, sin, link, obstacles, at).gap;
                     if gap < margin + SKIN {
                         self.pairs.push(NearPair::open(i, at, gap - displacement));

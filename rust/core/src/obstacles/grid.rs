@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
+use super::{ConvexPolygon, Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
 use crate::error::FARTHEST;
 
 /// Pegs sorted into square cells, and walls beside them; replacing the pegs re-uses memory.
@@ -96,9 +96,14 @@ impl ObstacleGrid {
         self.len() == 0
     }
 
+    /// The polygon of an obstacle that is not a peg.
+    pub fn polygon(&self, obstacle: usize) -> &ConvexPolygon {
+        &self.walls.walls()[obstacle - self.pegs.len()].polygon
+    }
+
     /// Number of features that describe a link and the side of an obstacle.
     pub fn features(&self, obstacle: usize) -> usize {
-        obstacle.checked_sub(self.pegs.len()).map_or(1, |wall| self.walls.walls()[wall].polygon.features())
+        if obstacle < self.pegs.len() { 1 } else { self.polygon(obstacle).features() }
     }
 
     /// Coulomb coefficient of an obstacle.
@@ -116,7 +121,7 @@ impl ObstacleGrid {
         let height = *self.height.get(obstacle)?;
         let outline = match self.pegs.get(obstacle) {
             Some(peg) => Outline::Circle(peg),
-            None => Outline::Polygon(&self.walls.walls()[obstacle - self.pegs.len()].polygon),
+            None => Outline::Polygon(self.polygon(obstacle)),
         };
         (height < f64::INFINITY).then_some(Solid { outline, height })
     }

@@ -56,7 +56,7 @@ impl CentreLine {
         Vector2::new(-self.half.y, self.half.x).try_normalize(0.0)
     }
 
-    /// Point at a along from -1 to 1.
+    /// Point at a position from -1 at one end to 1 at the other.
     pub fn point(&self, along: f64) -> Vector2<f64> {
         self.middle + self.half * along
     }

@@ -70,7 +70,7 @@ pub(super) enum Exit {
 }
 
 impl SolidLine {
-    /// Point at a along from -1 to 1.
+    /// Point at a position from -1 at one end to 1 at the other.
     pub fn point(&self, along: f64) -> Vector3<f64> {
         self.middle + self.half * along
     }
@@ -105,7 +105,7 @@ impl SolidContact {
     /// The parts of link and body are nowhere nearest to each other.
     pub(super) const AWAY: Self = Self { distance: f64::INFINITY, ..Self::NONE };
 
-    /// Of the point of a line at a along and the point of the body nearest to it; `fallback` is the normal where they
+    /// Of the point of a line at a position and the point of the body nearest to it; `fallback` is the normal where they
     /// coincide.
     pub(super) fn between(line: &SolidLine, along: f64, nearest: &Vector3<f64>, fallback: Vector3<f64>) -> Self {
         let offset = line.point(along) - nearest;
@@ -121,7 +121,7 @@ impl Solid<'_> {
     pub fn features(&self) -> usize {
         ENDS.len()
             + match self.outline {
-                Outline::Circle(_) => super::solid_circle::PLACES,
+                Outline::Circle(_) => super::solid_circle::FEATURES,
                 Outline::Polygon(polygon) => super::solid_polygon::features(polygon),
             }
     }

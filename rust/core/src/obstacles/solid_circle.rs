@@ -7,7 +7,7 @@ use super::solid::{Solid, SolidContact, SolidLine};
 use super::{CentreLine, Peg, Separation};
 
 /// The side, and the two crossings of the rim.
-pub(super) const PLACES: usize = 3;
+pub(super) const FEATURES: usize = 3;
 
 /// Depth, negative, of a line that crosses the circle, and the positions between which it does.
 pub(super) fn crossing(peg: &Peg, shadow: &CentreLine) -> Option<(f64, [f64; 2])> {
@@ -68,7 +68,7 @@ impl Solid<'_> {
         }
     }
 
-    /// The along between two where the distance from the rim is least: where its derivative, which grows away from the
+    /// The position between two where the distance from the rim is least: where its derivative, which grows away from the
     /// circle's centre, changes sign; the second of the two where it does not.
     fn settle(&self, peg: &Peg, line: &SolidLine, [from, to]: [f64; 2]) -> f64 {
         let rise = |along: f64| {

@@ -16,8 +16,8 @@ impl<T: Real> Workspace<T> {
     pub(super) fn detect_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes) {
         self.contacts.clear();
         let system = members.system;
-        let has_pegs = self.has_pegs;
-        for lane in active(pending).filter(|_| has_pegs) {
+        let has_obstacles = self.has_obstacles;
+        for lane in active(pending).filter(|_| has_obstacles) {
             let body = members.body_mut(lane);
             if body.obstacles.is_empty() {
                 continue;
@@ -29,13 +29,13 @@ impl<T: Real> Workspace<T> {
                 let poses = motion.predicted.iter().map(|pose| pose.lane(lane));
                 near.rebuild(poses, robot.links, &body.obstacles, margin, displacement);
             }
-            let is_among_pegs = !near.pairs().is_empty();
-            if is_among_pegs {
+            let is_among_obstacles = !near.pairs().is_empty();
+            if is_among_obstacles {
                 contacts.find(near, &robot, &body.obstacles);
             }
-            self.near_pegs[lane] = is_among_pegs;
+            self.near_obstacles[lane] = is_among_obstacles;
         }
-        self.among_pegs = self.among_pegs | mask::<T>(self.near_pegs);
+        self.among_obstacles = self.among_obstacles | mask::<T>(self.near_obstacles);
         let Self { contacts, stage: Stage { coefficient: c, contacts: rows, obstacle_friction, .. }, solution, .. } =
             self;
         contacts.rows.lay_out(*c, rows, &mut solution.contact);

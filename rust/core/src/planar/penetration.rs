@@ -25,7 +25,7 @@ impl<T: Real> Workspace<T> {
 
     fn sinking_of(&self, lane: usize, system: &PlanarSystem, body: &mut Body) -> Sinking {
         let mut sinking = if self.may_have_crossed(lane, system, body) { Sinking::TooDeep } else { Sinking::No };
-        if self.near_pegs[lane] {
+        if self.near_obstacles[lane] {
             let (near, obstacles) = (&mut body.warm_start.near, &body.obstacles);
             let (error, displacement) =
                 (self.result.misprediction.lane(lane), self.motion.bound.displacement.lane(lane));
@@ -54,8 +54,8 @@ impl<T: Real> Workspace<T> {
         if displacement <= system.smallest_radius() {
             return false;
         }
-        let near_peg =
-            self.near_pegs[lane] && body.warm_start.near.visited_below(displacement, displacement).next().is_some();
+        let near_peg = self.near_obstacles[lane]
+            && body.warm_start.near.visited_below(displacement, displacement).next().is_some();
         near_peg || self.self_contacts.is_near(lane)
     }
 }

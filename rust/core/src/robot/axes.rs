@@ -25,7 +25,7 @@ impl Axes {
     /// A hinge along the link.
     pub const ROLL: Self = Self::About([0.0, 0.0, 1.0]);
 
-    /// Whether there is the axis: the second is pitch, the first is yaw or the only one of another hinge.
+    /// Whether the joint has the axis: the second is pitch, the first is yaw or the only one of another hinge.
     #[inline(always)]
     pub fn has(self, axis: usize) -> bool {
         match self {
@@ -61,7 +61,7 @@ impl Axes {
         self.has(0) && !self.only_twists()
     }
 
-    /// At most two axes, and two as "both" only.
+    /// The axes with a name.
     fn named(field: &str, name: &str) -> Result<Self, ConfigError> {
         match name {
             "both" => Ok(Self::Both),

@@ -92,9 +92,9 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
             for end in End::BOTH {
                 smallest = smallest.min(ground_gap(link, pose, end));
             }
-            let frame = LinkAxis::of(pose);
+            let at = LinkAxis::of(pose);
             obstacles.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
-                smallest = smallest.min(obstacle_gap(link, &frame, obstacles, obstacle));
+                smallest = smallest.min(obstacle_gap(link, &at, obstacles, obstacle));
             });
         }
         smallest

@@ -32,10 +32,7 @@ pub fn obstacle_gap(link: &Link, at: &LinkAxis, obstacles: &ObstacleGrid, obstac
     }
     match obstacles.pegs().get(obstacle) {
         Some(peg) => nearest_point(link, position, axis, peg).0.norm() - (peg.radius + link.radius),
-        None => {
-            let wall = &obstacles.walls().walls()[obstacle - obstacles.pegs().len()];
-            wall_gap(link, position, axis, &wall.polygon)
-        }
+        None => wall_gap(link, position, axis, obstacles.polygon(obstacle)),
     }
 }
 

@@ -94,9 +94,7 @@ impl<T: Real> Stage<T> {
             to.pairs.push(StagePair { links: [joint, joint + 1], direction, offset });
         }
     }
-}
 
-impl<T: Real> Stage<T> {
     /// Axes and sides of the stops that a lane's robot may reach: an axis that a joint does not have has none.
     fn stops_in_lane(&self, lane: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
         StageStop::in_lane(&self.stops, lane).filter(|(axis, _)| self.axes_of(axis / 2).has(axis % 2))

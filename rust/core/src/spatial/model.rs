@@ -58,8 +58,8 @@ impl Model for Spatial {
 compile_kernels!(Spatial);
 
 impl<R: Reference<CardanTarget>> SpatialScripted<R> {
-    /// A robot at rest on the ground among `obstacles`, or on those that are under it: pose of link 1, which is lifted or lowered, and (yaw, pitch) of all
-    /// joints.
+    /// A robot at rest on the ground among `obstacles`, or on those that are under it: pose of link 1, which is lifted
+    /// or lowered, and (yaw, pitch) of all joints.
     pub fn new(robot: &Robot, obstacles: ObstacleGrid, head: Pose, joint_angle: &[Vector2<f64>], reference: R) -> Self {
         let mut body = SpatialBody::new(robot, obstacles);
         assemble_chain(robot, head, joint_angle, &mut body.state.pose);

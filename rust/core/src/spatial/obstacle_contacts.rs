@@ -10,6 +10,7 @@ use crate::robot::Link;
 use crate::stepping::lanes::Lanes;
 use crate::stepping::{ContactImpulse, FoundRow, FoundRows};
 
+use super::stage::CONTACTS_PER_LINK;
 use super::workspace::{StageKinematics, Workspace};
 use super::{
     LinkAxis, Stage, StageContact, StageObstacleFriction, StageSolution, Wrench, centre_line, nearest_point, solid_line,
@@ -201,8 +202,8 @@ impl LinkInStage<'_> {
         }
     }
 
-    /// Velocity of the point at `arm` from the CG with which the end is predicted. One by one, fused products would be
-    /// function calls.
+    /// Velocity of the point at `arm` from the CG with which the end is predicted. On scalars the fused products of
+    /// `Twist::velocity_at` can be function calls.
     fn expected_velocity(&self, arm: &Vector3<f64>) -> Vector3<f64> {
         self.at.expected.linear + self.at.expected.angular.cross(arm)
     }
@@ -263,10 +264,9 @@ impl LinkInStage<'_> {
         LinkAxis { position, axis }: &LinkAxis,
         Feature { obstacles, obstacle, feature }: Feature,
     ) -> Plane {
-        let pegs = obstacles.pegs();
-        let Some(peg) = pegs.get(obstacle) else {
+        let Some(peg) = obstacles.pegs().get(obstacle) else {
             let line = centre_line(self.at.link, position, axis);
-            let at = obstacles.walls().walls()[obstacle - pegs.len()].polygon.separation(&line, feature);
+            let at = obstacles.polygon(obstacle).separation(&line, feature);
             return Plane {
                 normal: at.normal.push(0.0),
                 arm: axis * (at.along * self.at.link.contact_half_length),
@@ -292,6 +292,3 @@ const MARGIN: f64 = 0.02;
 
 /// The same with room for round-off \[m\].
 const FAR: f64 = MARGIN + 1e-9;
-
-/// Contacts reserved for each link; more are possible.
-const CONTACTS_PER_LINK: usize = 4;

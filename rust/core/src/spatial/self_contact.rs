@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
 use crate::contact::{
-    Capsule, CapsuleContact, ContactId, FoldingBound, capsule_contact, capsule_contacts, capsule_gap,
-    closest_capsule_contact, visit_close_pairs,
+    Capsule, CapsuleContact, ContactId, FoldingBound, LINK_CONTACTS_PER_LINK, capsule_contact, capsule_contacts,
+    capsule_gap, closest_capsule_contact, visit_close_pairs,
 };
 use crate::math::{Laned, Mask, Real};
 use crate::robot::{Link, Robot};
@@ -46,7 +46,7 @@ impl<T: Real> SelfContactDetection<T> {
             bound: robot.self_contact.then(|| FoldingBound::new(&links, CLEARANCE)),
             folded: T::Mask::of(|_| false),
             near: NO_LANES,
-            rows: FoundRows::with_capacity(0, CONTACTS_PER_LINK * links.len() * T::LANES),
+            rows: FoundRows::with_capacity(0, LINK_CONTACTS_PER_LINK * links.len() * T::LANES),
             links,
         }
     }
@@ -198,6 +198,3 @@ const MARGIN: f64 = 0.02;
 /// Clearance of the postures in which links are not looked at \[m\]: more than they move between a prediction and the end
 /// of its stage, and little enough for straight robots to have it.
 const CLEARANCE: f64 = 0.01;
-
-/// Room for contacts of a robot with itself; more are possible.
-const CONTACTS_PER_LINK: usize = 4;

@@ -35,11 +35,6 @@ impl<T: Real> SpatialVector<T> {
         inner(&self.linear, &other.linear) + inner(&self.angular, &other.angular)
     }
 
-    #[inline(always)]
-    pub fn plus(&self, other: &Self) -> Self {
-        Self { linear: sum(&self.linear, &other.linear), angular: sum(&self.angular, &other.angular) }
-    }
-
     /// self + factor other.
     #[inline(always)]
     pub fn plus_scaled(&self, other: &Self, factor: T) -> Self {

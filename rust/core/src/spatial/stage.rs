@@ -308,4 +308,4 @@ fn take<T: Real>(own: &mut T, lanes: T::Mask, theirs: T) {
 const STEEP: f64 = 0.9;
 
 /// Room for obstacles near a link; more are possible.
-const CONTACTS_PER_LINK: usize = 4;
+pub(in crate::spatial) const CONTACTS_PER_LINK: usize = 4;

@@ -32,15 +32,14 @@ impl<T: Real> Workspace<T> {
             }
             let frames = [&self.motion.start_frames[i], &self.motion.frames[i]];
             let [start, end] = frames.map(|frame| frame.lane(lane));
-            let [sphere_before, sphere_after] =
-                frames.map(|frame| move |side| sphere(link, &frame.axis_of(lane), side));
+            let [axis_before, axis_after] = frames.map(|frame| frame.axis_of(lane));
             let (of_stage, expected) = (self.stage.links[i].lane(lane), self.motion.expected[i].lane(lane));
             for side in 0..2 {
-                if let Some((obstacle, height)) = obstacles.support(&sphere_after(side)) {
+                if let Some((obstacle, height)) = obstacles.support(&sphere(link, &axis_after, side)) {
                     self.supports.push(Support { lane, link: i, side, obstacle });
                     let closing = expected.velocity_at(&of_stage.ground_arm(side)).z;
                     let still = end.ground_gap(&of_stage, side) - height - c * closing;
-                    let below = obstacles.support(&sphere_before(side));
+                    let below = obstacles.support(&sphere(link, &axis_before, side));
                     let stood = below.is_some_and(|(_, before)| before == height);
                     let at_start = if stood { start.ground_gap(&of_stage, side) - height } else { 0.0 };
                     self.stage.links[i].ground[side].set_lane(lane, opening(still, at_start, c, elapsed));

@@ -78,7 +78,7 @@ pub trait WarmStart: Debug + Clone {
     fn clear(&mut self);
     fn save(&self) -> Self::Saved;
     fn resume(&mut self, saved: &Self::Saved);
-    /// Whether `saved` is of a robot of `links` links among `pegs` pegs.
+    /// Whether `saved` is of a robot of `links` links among these obstacles.
     fn fits(saved: &Self::Saved, links: usize, obstacles: &ObstacleGrid) -> bool;
 }
 

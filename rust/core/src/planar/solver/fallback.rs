@@ -78,8 +78,8 @@ impl Fallback {
             if closed {
                 return (solves, SolveStatus::Relaxed);
             }
+            self.keep_if_better(stage, solution);
         }
-        self.keep_if_better(stage, solution);
         self.best.copy_lane(stage, 0, solution);
         (solves, SolveStatus::Unsolved)
     }

@@ -78,7 +78,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             folding.bend
         };
         self.joint_stops.predict(bend);
-        if self.has_pegs || self.self_contacts.is_any_possible() {
+        if self.has_obstacles || self.self_contacts.is_any_possible() {
             let Motion { half_length, heading, guess, travel, .. } = &mut self.motion;
             mean_twist(half_length, heading, guess, travel);
             let gain = (self.pull.x * self.pull.x + self.pull.y * self.pull.y).sqrt() * c;
@@ -150,7 +150,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             &mut self.motion.heading,
         );
         self.result.misprediction =
-            if self.has_pegs { self.bound(&self.result.end, &self.motion.predicted) } else { T::zero() };
+            if self.has_obstacles { self.bound(&self.result.end, &self.motion.predicted) } else { T::zero() };
         self.result.plausible = is_plausible(&self.result.end, &self.result.twist);
     }
 }

@@ -20,10 +20,10 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
         self.stribeck.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
-        self.has_pegs = members.any(|body| !body.obstacles.is_empty());
-        self.near_pegs =
+        self.has_obstacles = members.any(|body| !body.obstacles.is_empty());
+        self.near_obstacles =
             std::array::from_fn(|lane| lane < T::LANES && !members.body(lane).warm_start.near.pairs().is_empty());
-        self.among_pegs = mask::<T>(self.near_pegs);
+        self.among_obstacles = mask::<T>(self.near_obstacles);
         for lane in 0..T::LANES {
             let Body { state, warm_start, .. } = members.body(lane);
             for (lanes, torque) in self.actuator_torque.iter_mut().zip(&warm_start.joint_torque) {

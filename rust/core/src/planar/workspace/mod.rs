@@ -36,11 +36,11 @@ pub struct Workspace<T: Real> {
     pub motion: Motion<T>,
     pub drives: Drives<T>,
     pub stribeck: StribeckBounds<T>,
-    /// Whether any robot's scene has pegs; without them it does not matter how far a robot moves.
-    pub has_pegs: bool,
-    /// The lanes whose robots have pegs around them; for the others a coarse bound on their motion does.
-    pub among_pegs: T::Mask,
-    pub near_pegs: Lanes,
+    /// Whether any robot's scene has obstacles; without them it does not matter how far a robot moves.
+    pub has_obstacles: bool,
+    /// The lanes whose robots have obstacles around them; for the others a coarse bound on their motion does.
+    pub among_obstacles: T::Mask,
+    pub near_obstacles: Lanes,
     pub contacts: Contacts,
     pub self_contacts: SelfContactDetection<T>,
     pub joint_stops: JointStops<T>,
@@ -109,9 +109,9 @@ impl<T: Real> Workspace<T> {
             motion: Motion::new(system),
             drives: Drives::new(system),
             stribeck: StribeckBounds::new(links, system.stribeck().speed),
-            has_pegs: false,
-            among_pegs: T::Mask::of(|_| false),
-            near_pegs: NO_LANES,
+            has_obstacles: false,
+            among_obstacles: T::Mask::of(|_| false),
+            near_obstacles: NO_LANES,
             contacts: Contacts::with_capacity(links, T::LANES),
             self_contacts: SelfContactDetection::new(&system.robot),
             joint_stops: JointStops::new(&system.robot, 1),
@@ -138,6 +138,6 @@ impl<T: Real> Workspace<T> {
 
     /// Whether a lane's robot may touch a peg or itself.
     fn is_near_contact(&self, lane: usize) -> bool {
-        self.near_pegs[lane] || self.self_contacts.is_near(lane)
+        self.near_obstacles[lane] || self.self_contacts.is_near(lane)
     }
 }

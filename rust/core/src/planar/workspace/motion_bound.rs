@@ -60,7 +60,7 @@ impl<T: Real> Workspace<T> {
     /// Bound on how far a point of the robot moves between poses, or on how much faster it is at one of two twists.
     #[inline(always)]
     pub(super) fn bound(&self, to: &[Vector3<T>], from: &[Vector3<T>]) -> T {
-        let (near, mut bound) = (self.among_pegs, T::zero());
+        let (near, mut bound) = (self.among_obstacles, T::zero());
         if near.any() {
             bound = self.farthest::<true>(to, from);
         }

@@ -4,6 +4,7 @@ use nalgebra::{LU, Matrix6, U6, Vector6};
 
 use crate::laws::Backlash;
 use crate::solver::{CoulombForm, CoupledStage, Defect};
+use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageSolution, hinge_directions};
 
 use super::coulomb_friction::ObstacleFrictionLaw;
@@ -50,8 +51,8 @@ impl CoulombNewton {
     pub fn new(links: usize) -> Self {
         Self {
             links: Vec::with_capacity(links),
-            contacts: Vec::with_capacity(4 * links),
-            obstacle_friction: Vec::with_capacity(4 * links),
+            contacts: Vec::with_capacity(CONTACTS_PER_LINK * links),
+            obstacle_friction: Vec::with_capacity(CONTACTS_PER_LINK * links),
             pairs: CoulombPairs::new(links),
             form: CoulombForm::stiff(1.0, 1.0),
             tolerance: 0.0,

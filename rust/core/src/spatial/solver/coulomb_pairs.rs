@@ -3,6 +3,7 @@
 
 use nalgebra::{LU, U6, Vector6};
 
+use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::solver::{CoulombForm, Coupling, EliminatedChain, LinkStep, LowRank, UnilateralLaw};
 use crate::spatial::{Stage, StageSolution};
 
@@ -52,7 +53,11 @@ impl PairLaw {
 
 impl CoulombPairs {
     pub fn new(links: usize) -> Self {
-        Self { laws: Vec::with_capacity(4 * links), low_rank: LowRank::new(links), constant: vec![[0.0; 2]; links] }
+        Self {
+            laws: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            low_rank: LowRank::new(links),
+            constant: vec![[0.0; 2]; links],
+        }
     }
 
     pub fn load(&mut self, stage: &Stage, solution: &StageSolution) {

@@ -166,8 +166,8 @@ impl<T: Real> LinkTerm<T> {
     }
 
     /// Moves all ground laws to the present twist and adds gradient and Hessian to `model`, with those of
-    /// |x - M^-1 p|_M^2 / 2. In the lanes `coupled` the friction laws first take the radii that belong to the normal impulses, and remember those of before. Returns how
-    /// far the radii are from those, as a velocity.
+    /// |x - M^-1 p|_M^2 / 2. In the lanes `coupled` the friction laws first take the radii that belong to the normal
+    /// impulses, and remember those of before. Returns how far the radii are from those, as a velocity.
     #[inline(always)]
     pub fn evaluate<const RECENTRING: bool>(
         &mut self,

@@ -31,6 +31,7 @@ use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
 use super::terms::{ActuatorTerm, ObstacleTerm, StopTerm};
 use crate::spatial::spatial_vector::{Twist, difference, inner, sum};
+use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageFriction, StageSolution, hinge_directions};
 
 /// Workspace of the solver, re-used from stage to stage.
@@ -69,7 +70,7 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             stops: Vec::with_capacity(2 * (links - 1)),
-            contacts: Vec::with_capacity(4 * links),
+            contacts: Vec::with_capacity(CONTACTS_PER_LINK * links),
             obstacle_friction: ObstacleFriction::new(links),
             self_contacts: SelfContacts::new(links),
             laws: GroundLaws::new(&StageFriction { sliding: Vector2::new(zero, zero), rolling: zero }, zero),

@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 
 use crate::math::Real;
 use crate::spatial::spatial_vector::{Twist, Wrench};
+use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageSolution};
 
 use super::friction_term::{FrictionLaw, FrictionTerm};
@@ -47,7 +48,7 @@ impl<T: Real> ObstacleFrictionTerm<T> {
 
 impl<T: Real> ObstacleFriction<T> {
     pub fn new(links: usize) -> Self {
-        Self { terms: Vec::with_capacity(4 * links) }
+        Self { terms: Vec::with_capacity(CONTACTS_PER_LINK * links) }
     }
 
     /// Laws with the radii of the warm start.

@@ -70,9 +70,9 @@ impl<T: Real> Symmetric<T> {
         Self { xx: zero, xy: zero, xz: zero, yy: zero, yz: zero, zz: zero }
     }
 
-    /// Adds factor (a b^T + b a^T) / 2, exactly symmetric if the vectors are the same or multiples.
+    /// Adds a b^T, for vectors that are the same or multiples.
     #[inline(always)]
-    pub fn add_outer(&mut self, a: &Vector3<T>, b: &Vector3<T>) {
+    fn add_outer(&mut self, a: &Vector3<T>, b: &Vector3<T>) {
         self.xx = a.x.mul_add(b.x, self.xx);
         self.xy = a.x.mul_add(b.y, self.xy);
         self.xz = a.x.mul_add(b.z, self.xz);
