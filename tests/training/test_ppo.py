@@ -15,6 +15,7 @@ import safetensors.numpy
 import torch
 
 import snake_env
+from snake_env.__main__ import main
 from snake_env.evaluation import rollout, seeds
 from snake_env.policies import GaitParameters, GaitPolicy, Network, files
 from training import config, evaluate, progress, runs, train
@@ -258,6 +259,14 @@ def test_a_policy_is_judged_where_it_was_trained_unless_asked_otherwise(trained)
     assert loading.task(None, {"difficulty": 1.0}, [trained.policy])[1] == {"max_episode_steps": 40, "difficulty": 1.0}
     assert loading.task("SnakeFree-v1", {}, [trained.policy]) == ("SnakeFree-v1", {})
     assert loading.task(None, {}, []) == ("SnakeField-v1", {})
+
+
+def test_models_of_the_command_line_name_their_task(tmp_path):
+    out = tmp_path / "mine.zip"
+    options = ["--options", '{"max_episode_steps": 5}']
+    assert main(["train", "--task", "maze", "--steps", "64", "--num-envs", "1", "--out", str(out), *options]) == 0
+    env_id, keywords = loading.task(None, {}, [out])
+    assert (env_id, keywords["max_episode_steps"]) == ("SnakeMaze-v1", 5)
 
 
 def test_the_difficulty_grows_with_the_budget_that_is_used():
