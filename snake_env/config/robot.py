@@ -38,7 +38,8 @@ class Robot(Section):
             thesis; None: True in the planar and the spatial model with the method "implicit".
         joint_limit: largest angle of a joint to either side [rad], > 0, ``inf`` for none; None: a right angle in the
             planar and the spatial model with the method "implicit", none elsewhere. Or a sequence, one per joint, of
-            such numbers or (lower, upper) with lower <= 0 <= upper. In the spatial model it limits yaw and pitch.
+            such numbers or (lower, upper) with lower <= 0 <= upper. In the spatial model it limits yaw and pitch, and
+            is at most 3.13 to both sides, or ``inf`` to both: its angles lie in (-pi, pi].
         axes: about which axes the joints turn in the spatial model, fixed in the frames of both links: a name for all
             or a sequence, one per joint, of "yaw", "pitch", "both" (a cardan joint, yaw before pitch), "roll" (about
             the centre line) or one vector (x, y, z) of the link frame, of any length: x is the axis of pitch, y that of

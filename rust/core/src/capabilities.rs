@@ -213,6 +213,7 @@ pub fn require_supported(
         _ => "a list".to_owned(),
     };
     Feature::JointLimits.require(on, is_limited, "robot.joint_limit", value)?;
+    require_limits_within_a_turn(on.0, robot)?;
     require_driven_joints(on, robot, scene, controller)?;
     require_axes(on, robot)?;
     let expected = "0 with an input-output linearising controller";
@@ -243,6 +244,26 @@ fn require_axes(on: (ModelName, Method), robot: &RobotConfig) -> Result<(), Conf
     }
     Ok(())
 }
+
+/// Rejects limits that a joint of the spatial model would jump over: its angles lie in (-pi, pi].
+fn require_limits_within_a_turn(model: ModelName, robot: &RobotConfig) -> Result<(), ConfigError> {
+    let Some(limit) = robot.joint_limit.as_ref().filter(|_| model == ModelName::Spatial) else { return Ok(()) };
+    for (j, bounds) in limit.expand(robot.links - 1).map_err(|e| e.inside("robot"))?.into_iter().enumerate() {
+        let is_within = bounds.iter().all(|bound| bound.abs() <= LARGEST_LIMIT);
+        let is_free = bounds.iter().all(|bound| bound.is_infinite());
+        let expected = format!("within [-{LARGEST_LIMIT}, {LARGEST_LIMIT}] in the spatial model, or inf to both sides");
+        let field = if let JointLimit::Same(_) = limit {
+            "robot.joint_limit".to_owned()
+        } else {
+            format!("robot.joint_limit[{j}]")
+        };
+        require(is_within || is_free, &field, format!("{bounds:?}"), &expected)?;
+    }
+    Ok(())
+}
+
+/// Largest finite limit of a joint in 3D \[rad\]: pi, less what a link sinks into a stop.
+const LARGEST_LIMIT: f64 = 3.13;
 
 /// Rejects broken joints where the method, the controller or the friction law cannot have them.
 fn require_driven_joints(
