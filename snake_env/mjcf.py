@@ -35,8 +35,6 @@ IMPRATIO, TOLERANCE, CONTACT_STEPS = 1e3, 1e-12, 7.0
 """Hardness of friction over that of the normal contact, tolerance of the solver, and time constant of contacts [steps].
 
 Robots that friction holds hardly creep with them; contacts of a few steps rattle loose near the limit of friction."""
-UNREACHED = 1e3
-"""Angle in place of an infinite limit to one side [rad]."""
 SOLID, LINK = "1", "2"
 """Collision types: links touch what is solid, and each other."""
 
@@ -178,13 +176,13 @@ def _add_chain(world: Element, robot: Robot, place: tuple[float, ...]) -> None:
 
 
 def _limit(robot: Robot, joint: int) -> dict[str, Any]:
-    """Limits of a joint; MuJoCo has none to one side only."""
+    """Limits of a joint, which the spatial model has to both sides or to none."""
     given = robot.joint_limit
     one: Any = math.pi / 2 if given is None else given[joint] if isinstance(given, Sequence) else given
     bounds = one if isinstance(one, Sequence) else (-one, one)
     if all(map(math.isinf, bounds)):
         return {}
-    return {"range": tuple(max(-UNREACHED, min(bound, UNREACHED)) for bound in bounds), "limited": "true"}
+    return {"range": tuple(bounds), "limited": "true"}
 
 
 _DIRECTIONS = {"yaw": (0, 0, 1), "pitch": (0, 1, 0), "roll": (1, 0, 0)}

@@ -152,8 +152,8 @@ def test_chains_of_hinges_fly_as_in_mujoco(axes):
 
 @pytest.mark.parametrize("model", ["planar", "spatial"])
 def test_joints_have_limits_of_their_own(model):
-    unlimited = np.inf if model == "planar" else 3.0
-    limits = [(-0.2, 0.4), 0.3, (0.0, unlimited), np.inf, 1.0, (-unlimited, 0.1)]
+    in_3d = [(-0.2, 0.4), 0.3, (0.0, 3.0), np.inf, 1.0, (-3.0, 0.1)]
+    limits = in_3d if model == "spatial" else [(-0.2, 0.4), 0.3, (0.0, np.inf), np.inf, 1.0, (-np.inf, 0.1)]
     robot = Robot(links=7, joint_limit=limits, self_contact=False, axes="yaw")
     assert Robot.of(dataclasses.asdict(robot)) == robot
     free = Scene(friction=(0.0, 0.0), rolling_friction=0.0) if model == "spatial" else Scene(friction=(0.0, 0.0))
@@ -161,9 +161,9 @@ def test_joints_have_limits_of_their_own(model):
         bend = JointTrajectory([0.0, 1.0], [[0.0] * 6, [wanted] * 6])
         run = simulate(model=model, robot=robot, gait=bend, scene=free, controller=PD(20.0, 1.0), duration=4.0)
         np.testing.assert_allclose(run.joint_angle[-1], reached, atol=2e-3)
-    in_3d = dataclasses.replace(robot, joint_limit=[(-0.2, 0.4), *[1.0] * 5])
+    robot = dataclasses.replace(robot, joint_limit=in_3d)
     with pytest.raises(ConfigError, match=r"start\.posture\[0\] = 0\.6: expected an angle in \[-0\.2, 0\.4\]"):
-        simulate(model="spatial", robot=in_3d, start=Start(posture=[0.6, 0, 0, 0, 0, 0]), duration=0.1)
+        simulate(model="spatial", robot=robot, start=Start(posture=[0.6, 0, 0, 0, 0, 0]), duration=0.1)
     mujoco = pytest.importorskip("mujoco")
     model = mujoco.MjModel.from_xml_string(Scene().to_mjcf(robot=robot, start=Start(posture="straight")))
     np.testing.assert_array_equal(model.jnt_limited[1:], [1, 1, 1, 0, 1, 1])
