@@ -45,9 +45,10 @@ class Robot(Section):
             the centre line) or one vector (x, y, z) of the link frame, of any length: x is the axis of pitch, y that of
             yaw, z points along the link to the next one. A joint has one axis, or two as "both". About an axis that it
             does not have it is rigid. Unless ``axes`` is "both", joint angles, rates and torques are listed axis by
-            axis, as :attr:`joint_axes` has them. Horizontal waves drive yaw and oblique axes, vertical ones pitch;
-            axes that point along the link more than across are moved by joint angles only. The planar and the minimal
-            model take joints with yaw. With the method "implicit" only.
+            axis, as :attr:`joint_axes` has them. Vertical waves drive pitch and axes that are nearer
+            to it than to yaw and roll, horizontal ones yaw and other oblique axes; axes that point along the link more
+            than across are moved by joint angles only. The planar and the minimal model take joints with yaw. With the
+            method "implicit" only.
         backlash: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
         locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``: springs of 1e9 N m/rad

@@ -51,6 +51,18 @@ def test_waves_drive_the_axes_across_the_robot(delay):
             np.testing.assert_allclose(angle, columns[axis][:, joint], atol=2e-2)
 
 
+def test_vertical_waves_drive_pitch_about_the_opposite_vector():
+    gait = Gait(amplitude=0.0, vertical_amplitude=0.2, vertical_omega=1.0)
+    start = Start(posture="straight", position=(0.0, 0.0, 9.0))
+    named, opposite = (run(axes, gait=gait, start=start) for axes in ("pitch", [(-2.0, 0.0, 0.0)] * 6))
+    assert np.abs(named.joint_angle).max() > 0.1
+    np.testing.assert_allclose(opposite.joint_angle, named.joint_angle, atol=1e-9)
+    # The bend is the other way round.
+    np.testing.assert_allclose(opposite.joint_torque, named.joint_torque, atol=1e-9)
+    heights = [one.position[..., 2] - one.position[..., 2].mean(axis=1, keepdims=True) for one in (named, opposite)]
+    np.testing.assert_allclose(heights[0], -heights[1], atol=1e-6)
+
+
 def test_axes_follow_angles_of_their_own():
     wanted = 0.1 * np.arange(1.0, 8.0)
     gait = JointTrajectory([0.0, 1.0], [wanted, wanted])

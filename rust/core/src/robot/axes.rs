@@ -25,20 +25,27 @@ impl Axes {
     /// A hinge along the link.
     pub const ROLL: Self = Self::About([0.0, 0.0, 1.0]);
 
-    /// Whether the joint has the axis: the second is pitch, the first is yaw or the only one of another hinge.
+    /// Whether the joint has the axis: the first is yaw, the second pitch, and that of another hinge counts as pitch where
+    /// it is nearest to e_x.
     #[inline(always)]
     pub fn has(self, axis: usize) -> bool {
-        match self {
-            Self::Both => true,
-            Self::Yaw | Self::About(_) => axis == 0,
-            Self::Pitch => axis == 1,
-        }
+        self.only().is_none_or(|only| axis == only)
     }
 
     /// The axis of a joint that has one.
     #[inline(always)]
     pub fn only(self) -> Option<usize> {
-        if self == Self::Both { None } else { Some(usize::from(self == Self::Pitch)) }
+        match self {
+            Self::Both => None,
+            Self::Yaw => Some(0),
+            Self::Pitch => Some(1),
+            Self::About([x, y, z]) => Some(usize::from(x.abs() > y.abs().max(z.abs()))),
+        }
+    }
+
+    /// The value of a single axis at its place, and zero at the other.
+    pub fn at_own_place(self, value: f64) -> [f64; 2] {
+        [0, 1].map(|axis| if self.has(axis) { value } else { 0.0 })
     }
 
     /// Whether waves that run along the robot pass the joint by: they bend it, and it twists.

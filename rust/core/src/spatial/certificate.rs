@@ -226,17 +226,17 @@ fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> 
     (force, moment)
 }
 
-/// The axes of the joint behind link `j`, frame I: e_y^B of that link, or the hinge's own, and e_x^B of the next; and which
-/// of them there are.
+/// The axes of the joint behind link `j`, frame I: e_y^B of that link and e_x^B of the next, or the hinge's own; and which of
+/// them there are.
 #[inline(always)]
 fn axes_of_joint<T: Real>(stage: &Stage<T>, j: usize) -> ([Vector3<T>; 2], [bool; 2]) {
     let ([x, y, z], axes) = (&stage.links[j + 1].axes, stage.axes_of(j));
-    let mut first = stage.links[j].axes[1];
+    let mut directions = [stage.links[j].axes[1], *x];
     if let Axes::About([a, b, c]) = axes {
         let across = plus(&times(x, T::splat(a)), &times(y, T::splat(b)));
-        first = plus(&across, &times(z, T::splat(c)));
+        directions = [plus(&across, &times(z, T::splat(c))); 2];
     }
-    ([first, *x], [axes.has(0), axes.has(1)])
+    (directions, [axes.has(0), axes.has(1)])
 }
 
 /// From the CG to the lowest point of the front (0) or rear (1) sphere.

@@ -107,7 +107,7 @@ impl<T: Real> Configuration<T> {
                 frame.axes = turned(*axes, &frame.axes, yaw.sin_cos());
             }
             if axes.has(1) {
-                frame.axes = pitched(&frame.axes, pitch.sin_cos());
+                frame.axes = pitched(*axes, &frame.axes, pitch.sin_cos());
             }
             frame.position = along(&joint, &frame.axes[2], half_length[i + 1]);
             frames[i + 1] = frame;
@@ -213,9 +213,13 @@ fn turned<T: Real>(axes: Axes, near: &[Vector3<T>; 3], (sin, cos): (T, T)) -> [V
     [along(&scaled(x, cos), z, -sin), *y, along(&scaled(z, cos), x, sin)]
 }
 
-/// The same about e_x.
+/// The same about the second, e_x or the hinge's own.
 #[inline(always)]
-fn pitched<T: Real>([x, y, z]: &[Vector3<T>; 3], (sin, cos): (T, T)) -> [Vector3<T>; 3] {
+fn pitched<T: Real>(axes: Axes, near: &[Vector3<T>; 3], (sin, cos): (T, T)) -> [Vector3<T>; 3] {
+    if let Axes::About(axis) = axes {
+        return turned_about(&axis.map(T::splat), near, (sin, cos));
+    }
+    let [x, y, z] = near;
     [*x, along(&scaled(y, cos), z, sin), along(&scaled(z, cos), y, -sin)]
 }
 

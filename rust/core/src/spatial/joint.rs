@@ -54,7 +54,7 @@ pub fn joint_rate(near: &Pose, near_twist: &StackedTwist, far: &Pose, far_twist:
 #[inline(always)]
 pub fn hinge_directions<T: Real>(axes: Axes, near: &[Vector3<T>; 3], far: &[Vector3<T>; 3]) -> [Vector3<T>; 2] {
     match axes {
-        Axes::About(axis) => [combined(far, &axis.map(T::splat)), far[0]],
+        Axes::About(axis) => [combined(far, &axis.map(T::splat)); 2],
         _ => [near[1], far[0]],
     }
 }
@@ -66,7 +66,7 @@ pub fn turned_by(axes: Axes, near: &UnitQuaternion<f64>, [first, second]: [f64; 
         Axes::Both => near * about(&Vector3::y_axis(), first) * about(&Vector3::x_axis(), second),
         Axes::Yaw => near * about(&Vector3::y_axis(), first),
         Axes::Pitch => near * about(&Vector3::x_axis(), second),
-        Axes::About(axis) => near * about(&Unit::new_unchecked(axis.into()), first),
+        Axes::About(axis) => near * about(&Unit::new_unchecked(axis.into()), if axes.has(0) { first } else { second }),
     }
 }
 
@@ -77,7 +77,7 @@ pub fn axis_angles(axes: Axes, near: &Pose, far: &Pose) -> [f64; 2] {
             let turn = near.orientation.inverse() * far.orientation;
             let half = turn.imag().dot(&Vector3::from(axis)).atan2(turn.w);
             // A rotation has two quaternions, whose angles are a full turn apart.
-            [2.0 * (half - PI * (half / PI).round()), 0.0]
+            axes.at_own_place(2.0 * (half - PI * (half / PI).round()))
         }
         _ => of_axes(axes, joint_angle(near, far)),
     }
@@ -89,7 +89,7 @@ pub fn axis_rates(axes: Axes, near: (&Pose, &StackedTwist), far: (&Pose, &Stacke
         Axes::About(axis) => {
             let of_link = |(pose, twist): (&Pose, &StackedTwist)| pose.orientation * turning(twist);
             let relative = far.0.orientation.inverse_transform_vector(&(of_link(far) - of_link(near)));
-            [relative.dot(&Vector3::from(axis)), 0.0]
+            axes.at_own_place(relative.dot(&Vector3::from(axis)))
         }
         _ => of_axes(axes, joint_rate(near.0, near.1, far.0, far.1)),
     }

@@ -199,7 +199,7 @@ fn flying(config: RobotConfig, step: f64, random: &mut Random) -> SpatialSimulat
             let near = state.pose[i - 1];
             velocity += omega.cross(&(near.axis() * half));
             omega += match axes[i - 1] {
-                Axes::About(axis) => near.orientation * Vector3::from(axis) * rate[i - 1][0],
+                Axes::About(axis) => near.orientation * Vector3::from(axis) * (rate[i - 1][0] + rate[i - 1][1]),
                 _ => near.orientation * Vector3::y() * rate[i - 1][0] + far.orientation * Vector3::x() * rate[i - 1][1],
             };
             velocity += omega.cross(&(far.axis() * half));

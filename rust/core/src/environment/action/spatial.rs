@@ -55,7 +55,7 @@ pub fn spatial_entries(mode: ActionMode, gait: &DefaultGait, axes: &[Axes], torq
 fn of_own_axis(entry: ActionEntry, axes: &[Axes]) -> Option<ActionEntry> {
     let (axis, joint) = entry.parameter.of_joint()?;
     let name = match axes[joint] {
-        Axes::About(_) => entry.name.replacen("yaw", axes[joint].name(axis), 1),
+        Axes::About(_) => entry.name.replacen(["yaw", "pitch"][axis], axes[joint].name(axis), 1),
         _ => entry.name,
     };
     axes[joint].has(axis).then_some(ActionEntry { name, ..entry })
