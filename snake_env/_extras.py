@@ -24,6 +24,7 @@ EXTRAS = {
     "yaml": "yaml",
     "rsl_rl": "rsl-rl",
     "tensordict": "rsl-rl",
+    "mujoco": "mujoco",
 }
 """Module -> extra of the distribution that installs it."""
 

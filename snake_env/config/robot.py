@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -105,6 +106,47 @@ class Robot(Section):
         :meth:`PD.aiko`.
         """
         return cls(**({"backlash": 4 * DEGREE} | changes))
+
+    @classmethod
+    def from_mjcf(cls, path: str | Path, *, tolerance: float = 1e-6, **changes: Any) -> Robot:
+        """The serial chain of links and hinges in a file of MuJoCo, which has to be installed (extra ``mujoco``).
+
+        Links are numbered from the root of the file on; a chain that is fixed to the world comes loose. Bodies without
+        joints belong to the link that carries them. Joint angles are zero in the file's initial configuration, in which
+        the robot has to be straight. There y of the link frames is up: as near to the z axis of the world as the links
+        let it be, or the x axis of the world where they stand upright. Two hinges in one point, yaw before pitch, are a
+        cardan joint. Hinges that turn the other way round than yaw and pitch are vectors, which waves bend the other
+        way; ``axes`` may name them, with angles of opposite sign. The length of a link at an end is such that its CG is
+        in the middle. Radius and contact half length are those of the capsule around the one capsule, cylinder or
+        sphere of a link that collides. ``self_contact`` is False where no two links can collide.
+
+        Gains and torque limits belong to :class:`PD`, friction to :class:`Scene`; neither is read.
+
+        Args:
+            path: of the file; what :meth:`Scene.to_mjcf` writes is one.
+            tolerance: how far joints and outlines may lie off the centre line, and CGs off the middle of their links
+                [m], >= 0; they are taken to lie there.
+            changes: fields in place of those in the file, which then need not fit the model.
+
+        Raises:
+            ConfigError: names file, body and element, the value, and what a robot can have.
+
+        Warns:
+            UserWarning: lists what is left out, such as damping and armature of the joints.
+        """
+        return cls(**_from_file(path, tolerance, changes))
+
+    @classmethod
+    def from_urdf(cls, path: str | Path, *, tolerance: float = 1e-6, **changes: Any) -> Robot:
+        """The serial chain in a URDF file; as :meth:`from_mjcf`. The root link is link 1 if it has mass."""
+        return cls(**_from_file(path, tolerance, changes))
+
+
+def _from_file(path: str | Path, tolerance: float, changes: dict[str, Any]) -> dict[str, Any]:
+    """Fields in a file, and changes in their place."""
+    from snake_env.config import robot_file
+
+    return robot_file.read(path, tolerance, changes) | changes
 
 
 UNIT_AXES: dict[tuple[float, ...], AxisName] = {

@@ -52,7 +52,7 @@ def test_waves_drive_the_axes_across_the_robot(delay):
 
 
 def test_vertical_waves_drive_pitch_about_the_opposite_vector():
-    gait = Gait(amplitude=0.0, vertical_amplitude=0.2, vertical_omega=1.0)
+    gait = Gait(amplitude=0.0, vertical_amplitude=0.2, vertical_omega=4.0)
     start = Start(posture="straight", position=(0.0, 0.0, 9.0))
     named, opposite = (run(axes, gait=gait, start=start) for axes in ("pitch", [(-2.0, 0.0, 0.0)] * 6))
     assert np.abs(named.joint_angle).max() > 0.1

@@ -189,6 +189,7 @@ def test_a_missing_package_is_named_with_its_extra(module, extra, arguments, tmp
         ("torch", "sb3", "snake_env.load_policy('b.pt', trust=True)"),
         ("yaml", "yaml", "snake_env.Scene().save('a.yaml')"),
         ("yaml", "yaml", "snake_env.Scene.load('b.yaml')"),
+        ("mujoco", "mujoco", "snake_env.Robot.from_mjcf('b.xml')"),
         ("scipy", "evaluate", "snake_env.evaluation.evaluate(lambda o: o[:, :4], scenes=1)"),
         ("pygame", "render", "None"),
     ],

@@ -41,8 +41,9 @@ def programs() -> list[tuple[str, str]]:
 @pytest.mark.parametrize(("page", "code"), programs(), ids=[page for page, _ in programs()])
 def test_snippets_run_and_print_what_the_page_says(page, code, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    if "stable_baselines3" in code:
-        pytest.importorskip("stable_baselines3")
+    for module, name in {"stable_baselines3": "stable_baselines3", "mujoco": "from_mjcf"}.items():
+        if name in code:
+            pytest.importorskip(module)
     for long, short in SHORTER.items():
         code = code.replace(long, short)
     printed = [line for line in run_python(code, timeout=300).splitlines() if not line.startswith("http://")]

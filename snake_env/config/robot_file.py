@@ -1,0 +1,330 @@
+"""Robots as files in MJCF or URDF, which MuJoCo reads."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from snake_env import _checks
+from snake_env._documents import reading, require_size
+from snake_env._extras import extras
+from snake_env.config.robot import UNIT_AXES
+from snake_env.errors import ConfigError
+
+Array = NDArray[np.float64]
+
+ROUNDED = 1e-4
+"""Deviation of directions [rad], and relative one of inertias, in files that write right angles as 1.5708."""
+
+POINT = 1e-6
+"""Distance of joints that are in one point [m]."""
+
+
+def read(path: str | Path, tolerance: float, given: Collection[str]) -> dict[str, Any]:
+    """Fields of the robot in a file, without those ``given``; for :meth:`snake_env.Robot.from_mjcf`."""
+    return _Chain(path, _checks.number("tolerance", tolerance, 0.0)).fields(given)
+
+
+@dataclass
+class _Link:
+    """Bodies that are one rigid link, the one with its name first, and the hinges between it and the link before."""
+
+    bodies: list[int]
+    hinges: list[int]
+
+
+class _Chain:
+    """A model of MuJoCo in its initial configuration, and the serial chain in it.
+
+    ``frame`` has the link frame of the straight robot in its rows: x across, y up, z along the links.
+    """
+
+    def __init__(self, path: str | Path, tolerance: float) -> None:
+        with extras():
+            import mujoco
+        self.library = mujoco
+        with reading("path", path, "an MJCF or URDF file of a model that MuJoCo compiles"):
+            require_size(Path(path))
+            spec = mujoco.MjSpec.from_file(str(path))
+            # Bodies without joints are merged here, as MuJoCo would drop the root link of a URDF file.
+            spec.compiler.fusestatic = False
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UserWarning)  # about its own simulation of the model
+                self.model = spec.compile()
+        self.file, self.tolerance = Path(path).name, tolerance
+        self._require_rigid_bodies()
+        self._place_bodies()
+        self.supports: list[int] = []
+        self.links = self._merge_cardans(self._links())
+        if len(self.links) < 2:
+            raise ConfigError(self.file, "one link", "a chain of at least two links")
+        self.masses = [self._mass(link.bodies) for link in self.links]
+        self._find_line()
+
+    def fields(self, given: Collection[str]) -> dict[str, Any]:
+        found: dict[str, Any] = {"links": len(self.links), "mass": _same([mass for mass, _, _ in self.masses])}
+        if "length" not in given:
+            found["length"] = self._lengths()
+        if not {"inertia", "roll_inertia"} <= set(given):
+            across, along = zip(*map(self._inertias, range(len(self.links))), strict=True)
+            found |= {"inertia": _same(across), "roll_inertia": _same(along)}
+        if not {"radius", "contact_half_length"} <= set(given):
+            radius, half = zip(*map(self._outline, range(len(self.links))), strict=True)
+            found |= {"radius": _same(radius), "contact_half_length": _same(half)}
+        if "axes" not in given:
+            found["axes"] = _same([self._axes(link) for link in self.links[1:]])
+        if "joint_limit" not in given:
+            found["joint_limit"] = _same([self._limit(link) for link in self.links[1:]])
+        if "gravity" not in given:
+            found["gravity"] = float(np.linalg.norm(self.model.opt.gravity))
+            if not found["gravity"]:
+                raise ConfigError(f"{self.file}, option gravity", 0.0, "a vector other than zero, or gravity= [m/s^2]")
+        bodies = [body for link in self.links for body in link.bodies]
+        geoms = np.isin(self.model.geom_bodyid, bodies)
+        types, affinities = self.model.geom_contype[geoms], self.model.geom_conaffinity[geoms]
+        if geoms.any() and not np.bitwise_or.reduce(types) & np.bitwise_or.reduce(affinities):
+            found["self_contact"] = False
+        if left_out := list(self._left_out(bodies)):
+            # At the call of Robot.from_mjcf.
+            warnings.warn(f"{self.file}: left out " + "; ".join(left_out), UserWarning, stacklevel=5)
+        return {name: value for name, value in found.items() if name not in given}
+
+    def _name(self, kind: str, number: int) -> str:
+        name = self.library.mj_id2name(self.model, getattr(self.library.mjtObj, f"mjOBJ_{kind.upper()}"), number)
+        return f'{kind} "{name}"' if name else f"{kind} {number} (without a name)"
+
+    def _error(self, kind: str, number: int, value: Any, expected: str) -> ConfigError:
+        """Names a body, or a joint or geom and its body."""
+        model = self.model
+        body = number if kind == "body" else {"joint": model.jnt_bodyid, "geom": model.geom_bodyid}[kind][number]
+        element = "" if kind == "body" else f", {self._name(kind, number)}"
+        return ConfigError(f"{self.file}, {self._name('body', body)}{element}", value, expected)
+
+    def _require_rigid_bodies(self) -> None:
+        model = self.model
+        for kind, count in (("equality", model.neq), ("plugin", model.nplugin), ("flex", model.nflex)):
+            if count:
+                raise ConfigError(f"{self.file}, {self._name(kind, 0)}", f"{count} in all", "links and hinges only")
+
+    def _place_bodies(self) -> None:
+        """Origins and axes of the bodies where all joints have the file's initial values."""
+        model = self.model
+        self.origin, self.turn = np.zeros((model.nbody, 3)), np.tile(np.eye(3), (model.nbody, 1, 1))
+        for body in range(1, model.nbody):
+            parent = model.body_parentid[body]
+            self.origin[body] = self.origin[parent] + self.turn[parent] @ model.body_pos[body]
+            self.turn[body] = self.turn[parent] @ self._matrix(model.body_quat[body])
+        owner = model.jnt_bodyid
+        self.anchor = self.origin[owner] + np.einsum("jab,jb->ja", self.turn[owner], model.jnt_pos)
+        self.axis = np.einsum("jab,jb->ja", self.turn[owner], model.jnt_axis)
+
+    def _matrix(self, quaternion: Array) -> Array:
+        matrix = np.empty(9)
+        self.library.mju_quat2Mat(matrix, quaternion)
+        return matrix.reshape(3, 3)
+
+    def _links(self) -> list[_Link]:
+        """From the root on. A link is a body with joints and the bodies without that are fixed to it.
+
+        The first one is the body that is fixed to the world, if it has mass, or else the first that moves.
+        """
+        model, weld = self.model, self.model.body_weldid
+        moving = [body for body in range(1, model.nbody) if weld[body] == body]
+        before = {body: int(weld[model.body_parentid[body]]) for body in moving}
+        body = self._only([body for body in moving if before[body] == 0], 0)
+        fixed = np.flatnonzero((weld == 0) & (model.body_rootid == model.body_rootid[body])).tolist()
+        links = [_Link(fixed, [])] if model.body_mass[fixed].sum() > 0.0 else []
+        while True:
+            joints = np.flatnonzero(model.jnt_bodyid == body).tolist()
+            if not links:
+                self.supports, joints = [j for j in joints if model.jnt_type[j] != self.library.mjtJoint.mjJNT_FREE], []
+            for joint in joints:
+                if model.jnt_type[joint] != self.library.mjtJoint.mjJNT_HINGE:
+                    kind = self.library.mjtJoint(model.jnt_type[joint]).name.removeprefix("mjJNT_").lower()
+                    raise self._error("joint", joint, kind, "a hinge")
+            links.append(_Link(np.flatnonzero(weld == body).tolist(), joints))
+            following = [child for child in moving if before[child] == body]
+            if not following:
+                return links
+            body = self._only(following, body)
+
+    def _only(self, following: list[int], body: int) -> int:
+        """The one body that follows in a serial chain."""
+        if len(following) != 1:
+            names = " and ".join(self._name("body", child) for child in following[:3])
+            expected = "one body that moves relative to it, and one chain in the file"
+            raise self._error("body", body, names or "no body that moves", expected)
+        return following[0]
+
+    def _merge_cardans(self, links: list[_Link]) -> list[_Link]:
+        """A body between two joints in one point, the cross of a cardan joint, is part of the link behind it."""
+        self.crosses: list[int] = []
+        merged = links[:1]
+        for link in links[1:]:
+            front = merged[-1]
+            ends = self.anchor[front.hinges[-1:] + link.hinges[:1]]
+            if front.hinges and np.linalg.norm(ends[-1] - ends[0]) < POINT:
+                self.crosses += front.bodies
+                merged[-1] = _Link(link.bodies + front.bodies, front.hinges + link.hinges)
+            else:
+                merged.append(link)
+        return merged
+
+    def _mass(self, bodies: list[int]) -> tuple[float, Array, Array]:
+        """Mass, CG, and inertia about it in the axes of the world."""
+        model = self.model
+        mass = model.body_mass[bodies]
+        centre = self.origin[bodies] + np.einsum("bij,bj->bi", self.turn[bodies], model.body_ipos[bodies])
+        cg = mass @ centre / mass.sum()
+        inertia = np.zeros((3, 3))
+        for body, m, offset in zip(bodies, mass, centre - cg, strict=True):
+            turn = self.turn[body] @ self._matrix(model.body_iquat[body])
+            inertia += turn * model.body_inertia[body] @ turn.T
+            inertia += m * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        return float(mass.sum()), cg, inertia
+
+    def _find_line(self) -> None:
+        """The centre line, through all joints, or with one joint through the CGs; requires a straight robot."""
+        cg = np.array([cg for _, cg, _ in self.masses])
+        hinges = [link.hinges[0] for link in self.links[1:]]
+        ends = self.anchor[[hinges[0], hinges[-1]]] if len(hinges) > 1 else cg[[0, -1]]
+        self.start, along = self.anchor[hinges[0]], ends[1] - ends[0]
+        if not np.linalg.norm(along) > 0.0:
+            raise self._error("joint", hinges[0], "on a line of length 0", "joints or CGs behind one another")
+        z = along / np.linalg.norm(along)
+        # A robot that stands upright has x of the world up.
+        upright = np.linalg.norm(np.cross(z, (0.0, 0.0, 1.0))) < ROUNDED
+        y = np.array((1.0, 0.0, 0.0) if upright else (0.0, 0.0, 1.0))
+        y -= y @ z * z
+        y /= np.linalg.norm(y)
+        self.frame = np.stack([np.cross(y, z), y, z])
+        for link in self.links[1:]:
+            for hinge in link.hinges:
+                away = np.hypot(*self._local(self.anchor[hinge])[:2])
+                if away > self.tolerance:
+                    expected = f"at most {self.tolerance:g} m, so that the robot is straight, or a larger tolerance="
+                    raise self._error("joint", hinge, f"{away:g} m off the line", expected)
+
+    def _local(self, point: Array) -> Array:
+        """In the link frame, with the origin in the first joint."""
+        return self.frame @ (point - self.start)
+
+    def _lengths(self) -> Any:
+        """Those at the ends are such that the CGs are in the middle."""
+        cg = np.array([self._local(cg) for _, cg, _ in self.masses])
+        joints = np.array([self._local(self.anchor[link.hinges[0]])[2] for link in self.links[1:]])
+        ends = [2.0 * cg[0, 2] - joints[0], *joints, 2.0 * cg[-1, 2] - joints[-1]]
+        lengths = np.round(np.diff(ends), 12)  # [m], without the round-off of sums along the chain
+        for i, link in enumerate(self.links):
+            if not lengths[i] > 0.0:
+                expected = "> 0, with joints, and CGs at the ends, in the order of the links; or length="
+                raise self._error("body", link.bodies[0], f"length {lengths[i]:g} m", expected)
+            off = np.linalg.norm(cg[i] - (0.0, 0.0, 0.5 * (ends[i] + ends[i + 1])))
+            if off > self.tolerance:
+                expected = f"at most {self.tolerance:g} m, a larger tolerance=, or length="
+                raise self._error("body", link.bodies[0], f"CG {off:g} m off the middle of the link", expected)
+        return _same(lengths.tolist())
+
+    def _inertias(self, i: int) -> tuple[float, float]:
+        """About an axis across the link, and along it."""
+        tensor = self.frame @ self.masses[i][2] @ self.frame.T
+        across, along = 0.5 * (tensor[0, 0] + tensor[1, 1]), tensor[2, 2]
+        if np.abs(tensor - np.diag([across, across, along])).max() > ROUNDED * max(across, along):
+            upper = [f"{value:.3g}" for value in tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]]
+            expected = "equal inertias across the link, and no products; or inertia= and roll_inertia="
+            body = self.links[i].bodies[0]
+            raise self._error("body", body, f"inertia (xx yy zz xy xz yz, z along) {' '.join(upper)} kg m^2", expected)
+        return float(across), float(along)
+
+    def _outline(self, i: int) -> tuple[float, float]:
+        """Radius and half length of the capsule around the one geom of a link that collides, or the one that it has."""
+        model, kinds, bodies = self.model, self.library.mjtGeom, self.links[i].bodies
+        geoms = np.flatnonzero(np.isin(model.geom_bodyid, bodies))
+        colliding = geoms[(model.geom_contype[geoms] | model.geom_conaffinity[geoms]) != 0]
+        geoms = colliding if colliding.size else geoms
+        expected = "one capsule, cylinder or sphere, or radius= and contact_half_length="
+        names = [kinds(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower() for geom in geoms]
+        if len(names) != 1 or names[0] not in ("capsule", "cylinder", "sphere"):
+            raise self._error("body", bodies[0], " and ".join(names[:5]) or "no geom", expected)
+        (geom,) = geoms.tolist()
+        body = model.geom_bodyid[geom]
+        radius, half = model.geom_size[geom, :2].tolist() if names[0] != "sphere" else (model.geom_size[geom, 0], 0.0)
+        centre = self.origin[body] + self.turn[body] @ model.geom_pos[geom]
+        direction = self.turn[body] @ self._matrix(model.geom_quat[geom])[:, 2]
+        aside = np.linalg.norm(centre - self.masses[i][1]) + half * np.linalg.norm(np.cross(direction, self.frame[2]))
+        if aside > self.tolerance:
+            expected = f"one around the CG along the link, within {self.tolerance:g} m or a larger tolerance="
+            raise self._error("geom", geom, f"{names[0]} {aside:g} m aside", expected)
+        return float(radius), half
+
+    def _axes(self, link: _Link) -> Any:
+        """The entry of ``Robot.axes`` for the joint before a link."""
+        axes = [_named(self.frame @ self.axis[hinge]) for hinge in link.hinges]
+        if axes == ["yaw", "pitch"]:
+            return "both"
+        if len(axes) != 1:
+            expected = "one hinge, or two of a cardan joint: yaw, then pitch"
+            text = ", ".join(str(axis if isinstance(axis, str) else np.round(axis, 4).tolist()) for axis in axes)
+            raise self._error("joint", link.hinges[-1], f"axes {text}", expected)
+        return axes[0]
+
+    def _limit(self, link: _Link) -> Any:
+        """The entry of ``Robot.joint_limit`` for the joint before a link; angles are zero in the straight robot."""
+        model = self.model
+        of_hinges = np.where(model.jnt_limited[link.hinges, None], model.jnt_range[link.hinges], [-np.inf, np.inf])
+        of_hinges -= model.qpos0[model.jnt_qposadr[link.hinges], None]
+        lower, upper = of_hinges[0].tolist()
+        for hinge, (low, high) in zip(link.hinges, of_hinges, strict=True):
+            if not (low <= 0.0 <= high and np.allclose((low, high), (lower, upper), rtol=0.0)):
+                expected = "lower <= 0 <= upper, equal for both axes of a cardan joint, or joint_limit="
+                raise self._error("joint", hinge, f"limits ({low:g}, {high:g}) rad", expected)
+        return upper if lower == -upper else (lower, upper)
+
+    def _left_out(self, bodies: list[int]) -> Iterator[str]:
+        """What the file has and the robot does not."""
+        model = self.model
+        hinges = [hinge for link in self.links for hinge in link.hinges]
+        dofs = model.jnt_dofadr[hinges]
+        for body in self.crosses:
+            if model.body_mass[body]:
+                yield f"the motion of {self._name('body', body)} ({model.body_mass[body]:g} kg) in the link behind it"
+        for joint in self.supports:
+            yield f"{self._name('joint', joint)}, between the robot and the world"
+        for kind, numbers, name, values, unit in (
+            ("joint", hinges, "damping", model.dof_damping[dofs], "N m s/rad"),
+            ("joint", hinges, "frictionloss", model.dof_frictionloss[dofs], "N m"),
+            ("joint", hinges, "armature", model.dof_armature[dofs], "kg m^2"),
+            ("joint", hinges, "stiffness", model.jnt_stiffness[hinges], "N m/rad"),
+            ("body", bodies, "gravcomp", model.body_gravcomp[bodies], "of the weight"),
+        ):
+            present = np.flatnonzero(values)
+            if present.size:
+                more = f" and {present.size - 1} more" if present.size > 1 else ""
+                largest = values[present[np.abs(values[present]).argmax()]]
+                yield f"{name} of {self._name(kind, numbers[present[0]])}{more} ({largest:g} {unit})"
+        for name in ("density", "viscosity"):
+            if value := getattr(model.opt, name):
+                yield f"option {name} ({value:g})"
+        if model.ntendon:
+            yield f"{self._name('tendon', 0)}" + (f" and {model.ntendon - 1} more" if model.ntendon > 1 else "")
+
+
+def _same(values: Any) -> Any:
+    """One value in place of equal ones, if a field admits it for all links or joints, or a tuple of them."""
+    first = values[0]
+    return first if isinstance(first, str | float) and all(value == first for value in values) else tuple(values)
+
+
+def _named(vector: Array) -> Any:
+    """Name of a unit vector of the link frame, or its components."""
+    whole = np.round(vector)
+    if np.abs(vector - whole).max() < ROUNDED:
+        vector = whole + 0.0  # without -0.0
+    components = tuple(vector.tolist())
+    return UNIT_AXES.get(components, components)

@@ -1,0 +1,321 @@
+"""Robots from files in MJCF and URDF."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from snake_env import PD, ConfigError, Integrator, JointTrajectory, Robot, Scene, Start, simulate
+from snake_env.config.robot import per_link
+from snake_env.obstacles import Box
+
+mujoco = pytest.importorskip("mujoco")
+
+
+@pytest.fixture
+def from_text(tmp_path):
+    """A robot from the text of a file."""
+
+    def read(text, name="snake.xml", **options):
+        (tmp_path / name).write_text(text)
+        return (Robot.from_urdf if name.endswith("urdf") else Robot.from_mjcf)(tmp_path / name, **options)
+
+    return read
+
+
+QUANTITIES = ("length", "mass", "inertia", "roll_inertia", "radius", "contact_half_length")
+UNEVEN = np.linspace(1.0, 1.5, 7)
+
+
+def bounds(robot):
+    """Limits of all joints (n - 1, 2)."""
+    limit = np.pi / 2 if robot.joint_limit is None else robot.joint_limit
+    each = limit if isinstance(limit, tuple) else [limit] * (robot.links - 1)
+    return np.array([one if isinstance(one, tuple) else (-one, one) for one in each])
+
+
+@pytest.mark.parametrize(
+    "robot",
+    [
+        Robot(),
+        Robot(links=2, axes="yaw", gravity=3.7),
+        Robot(links=7, axes=["yaw", "pitch"] * 3, **dict.fromkeys(QUANTITIES, 0.1 * UNEVEN) | {"length": UNEVEN}),
+        Robot(links=6, axes=["yaw", "roll", (1.0, 2.0, 3.0), "both", (0.0, -1.0, 0.0)], self_contact=False),
+        Robot(links=5, axes=["pitch", "yaw", "both", "roll"], joint_limit=[(-0.3, 1.2), 0.4, (0.0, 1.0), np.inf]),
+    ],
+    ids=["aiko", "two", "uneven", "axes", "limits"],
+)
+def test_a_robot_survives_the_way_through_a_file(robot, from_text):
+    """Of scenes on a slope, with obstacles, at any place."""
+    scene = Scene(obstacles=[(0.1, 1.0, 1.0), Box((0.1, 0.2), 2.0, 0.0, height=0.1)], slope=(0.2, 1.0))
+    found = from_text(scene.to_mjcf(robot, start=Start(position=(0.3, -0.2), heading=1.0, posture="straight")))
+    for name in QUANTITIES:
+        given, again = (per_link(getattr(one, name), robot.links) for one in (robot, found))
+        np.testing.assert_allclose(again, given, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(bounds(found), bounds(robot), rtol=0.0, atol=1e-12)
+    assert found.gravity == pytest.approx(robot.gravity, abs=1e-12)
+    assert found.self_contact is robot.self_contact
+    assert (found.axes == "both") == (robot.axes == "both")
+    for (joint, axis), (given_joint, given) in zip(found.joint_axes, robot.joint_axes, strict=True):
+        assert joint == given_joint
+        assert axis == (given if isinstance(given, str) else pytest.approx(given / np.linalg.norm(given), abs=1e-12))
+
+
+def test_aiko_comes_back_as_it_is_written(from_text):
+    assert from_text(Scene().to_mjcf(Robot()), backlash=0.1) == Robot(backlash=0.1, joint_limit=np.pi / 2)
+
+
+LENGTH, RADIUS, SIDE, DENSITY = 0.08, 0.02, 0.03, 900.0
+CAPSULE = f'type="capsule" size="{RADIUS}" fromto="0.01 0 0 0.07 0 0"'
+
+
+def modules(count=5, turn="0 0 -90"):
+    """Modules that are turned about their length, each against the one before: all joints have one local axis."""
+    text = '<mujoco><compiler angle="degree" autolimits="true"/><default><joint axis="0 1 0" range="-60 45"/>'
+    text += f'<default class="module"><geom {CAPSULE} density="{DENSITY}"/></default></default><worldbody>'
+    text += f'<geom type="plane" size="1 1 1"/><body name="b1" pos="0.3 0.2 1" euler="{turn}"><freejoint/>'
+    for i in range(2, count + 1):
+        text += (
+            f'<geom class="module"/><body name="b{i}" pos="{LENGTH} 0 0" euler="{90 if i % 2 else -90} 0 0"><joint/>'
+        )
+    return text + '<geom class="module"/>' + "</body>" * count + "</worldbody></mujoco>"
+
+
+def capsule():
+    """Mass, and inertia across and along, of a capsule of even density."""
+    side, ball = np.pi * RADIUS**2 * 2 * SIDE * DENSITY, 4 / 3 * np.pi * RADIUS**3 * DENSITY
+    # A half ball has its CG 3/8 of the radius from its face.
+    of_ball = 0.4 * RADIUS**2 - (0.375 * RADIUS) ** 2 + (SIDE + 0.375 * RADIUS) ** 2
+    across = side * (RADIUS**2 / 4 + (2 * SIDE) ** 2 / 12) + ball * of_ball
+    return side + ball, across, RADIUS**2 * (side / 2 + 0.4 * ball)
+
+
+def test_modules_that_are_turned_against_each_other_have_alternating_axes(from_text):
+    robot = from_text(modules())
+    assert robot.links == 5
+    assert robot.length == LENGTH
+    assert robot.radius == RADIUS
+    np.testing.assert_allclose(per_link(robot.contact_half_length, 5), SIDE, atol=1e-12)
+    found = [per_link(getattr(robot, name), 5) for name in ("mass", "inertia", "roll_inertia")]
+    np.testing.assert_allclose(found, np.tile(np.array(capsule())[:, None], 5), rtol=1e-9)
+    # The axis y of module 1 points across the link, that of module 2 down.
+    assert robot.axes == ((0.0, -1.0, 0.0), "pitch") * 2
+    np.testing.assert_allclose(bounds(robot), np.tile(np.radians([-60.0, 45.0]), (4, 1)), atol=1e-12)
+    changed = from_text(modules(), joint_limit=1.0, axes=["yaw", "pitch"] * 2, mass=2.0)
+    assert (changed.joint_limit, changed.axes, changed.mass) == (1.0, ("yaw", "pitch") * 2, 2.0)
+
+
+def test_a_robot_that_stands_upright_has_x_of_the_world_up(from_text):
+    # The axis y of module 2 is x of the world, that of module 1 its y, and x of the links is -y.
+    assert from_text(modules(turn="0 -90 0")).axes == ("yaw", (-1.0, 0.0, 0.0)) * 2
+
+
+def test_a_chain_from_a_file_flies_as_in_mujoco(tmp_path, from_text):
+    """Springs in the joints bend it back, far from the ground."""
+    bent, spring = np.array([0.4, -0.3, 0.5, 0.2]), 0.02
+    robot = from_text(modules(), gravity=1e-9, joint_limit=np.inf, self_contact=False)
+    run = simulate(
+        model="spatial",
+        robot=robot,
+        start=Start(position=(0.3, 0.2, 1.0), heading=-0.5 * np.pi, posture=bent),
+        gait=JointTrajectory([0.0, 9.0], np.zeros((2, 4))),
+        controller=PD(kp=spring, kd=0.0),
+        duration=0.3,
+        sample=0.3,
+        integrator=Integrator(step=5e-4),
+    )
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "snake.xml"))
+    model.opt.integrator, model.opt.timestep = mujoco.mjtIntegrator.mjINT_RK4, 1e-3
+    model.opt.gravity[:], model.jnt_limited[:], model.jnt_stiffness[1:] = 0.0, 0, spring
+    data = mujoco.MjData(model)
+    data.qpos[7:] = bent
+
+    def links():
+        mujoco.mj_forward(model, data)
+        return data.xipos[1:].copy()
+
+    offset = links()[0] - run.position[0, 0]
+    np.testing.assert_allclose(links() - offset, run.position[0], atol=1e-9)
+    for _ in range(300):
+        mujoco.mj_step(model, data)
+    assert np.abs(run.joint_angle[1] - bent).max() > 0.3
+    np.testing.assert_allclose(data.qpos[7:], run.joint_angle[1], atol=1e-4)
+    np.testing.assert_allclose(links() - offset, run.position[1], atol=1e-5)
+
+
+YAW, PITCH, BALL = '<joint axis="0 0 1"/>', '<joint axis="0 1 0"/>', '<geom type="sphere" size="0.03" mass="1"'
+AT, AWAY = ' pos="0.05 0 0"/>', ' contype="0" conaffinity="0"/>'
+
+
+OUTLINE = {"radius": 0.03, "contact_half_length": 0.0}
+
+
+def chain(inside="", joints=YAW, tail="", root="<freejoint/>"):
+    """Two balls with joints between them; what is ``inside`` the second one, and what follows the bodies."""
+    text = f'<mujoco><compiler angle="radian"/><worldbody><body name="a">{root}{BALL}/>'
+    text += f'<body name="b" pos="0.05 0 0">{joints}{BALL}{AT}{inside}</body></body></worldbody>{tail}</mujoco>'
+    return text
+
+
+def body(name, joints, inside=BALL + AT, x=0.1):
+    return f'<body name="{name}" pos="{x} 0 0">{joints}{inside}</body>'
+
+
+def test_two_hinges_of_a_body_are_a_cardan_joint(from_text):
+    assert from_text(chain(joints=YAW + PITCH)).axes == "both"
+
+
+def test_the_cross_of_a_cardan_joint_belongs_to_the_link_behind_it(from_text):
+    cross = body("cross", YAW, BALL.replace('"1"', '"1e-9"') + AWAY + body("c", PITCH, x=0.0))
+    with pytest.warns(UserWarning, match=r'left out the motion of body "cross" \(1e-09 kg\) in the link behind it$'):
+        robot = from_text(chain(cross))
+    assert (robot.links, robot.axes, robot.mass) == (3, ("yaw", "both"), (1.0, 1.0, 1.0 + 1e-9))
+
+
+def test_bodies_without_joints_belong_to_their_link(from_text):
+    """Two balls 40 mm apart; the way to the second one is not straight."""
+    half = BALL.replace('"1"', '"0.5"')
+    place = f"{0.07 - 0.1 * np.cos(0.3)} {-0.1 * np.sin(0.3)} 0"
+    lid = f'<body pos="{place}" euler="0 0 0.3"><body pos="0.1 0 0" euler="0 0 -0.3">{half}/></body></body>'
+    robot = from_text(chain(body("c", PITCH, half + ' pos="0.03 0 0"/>' + lid)), **OUTLINE)
+    assert robot.links == 3
+    ball = 0.4 * 0.03**2
+    np.testing.assert_allclose(robot.mass, 1.0, rtol=1e-9)
+    np.testing.assert_allclose(robot.inertia, [ball, ball, ball + 0.02**2], rtol=1e-9)
+    np.testing.assert_allclose(robot.roll_inertia, ball, rtol=1e-9)
+
+
+INERTIAL = """<inertial><origin xyz="{} 0 0"/><mass value="0.5"/>
+<inertia ixx="0.001" iyy="0.002" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial>"""
+ARM = """<robot name="arm"><link name="base">{}</link><link name="middle">{link}</link><link name="tip">{link}</link>
+<link name="camera"/><joint name="glue" type="fixed"><parent link="middle"/><child link="camera"/></joint>
+<joint name="pan" type="revolute"><parent link="base"/><child link="middle"/><origin xyz="0.05 0 0" rpy="1.5708 0 0"/>
+<axis xyz="0 1 0"/><limit lower="-1" upper="1.5" effort="3" velocity="2"/>
+<dynamics damping="0.1" friction="0.2"/></joint>
+<joint name="tilt" type="continuous"><parent link="middle"/><child link="tip"/><origin xyz="0.1 0 0" rpy="-1.5708 0 0"/>
+<axis xyz="0 1 0"/></joint></robot>"""
+BASE = """<collision><origin rpy="0 1.5707963 0"/><geometry>
+<cylinder radius="0.03" length="0.1"/></geometry></collision>"""
+LINK = """<collision><origin xyz="0.05 0 0"/><geometry><sphere radius="0.04"/></geometry></collision>"""
+LINK += INERTIAL.format(0.05)
+
+
+def test_the_root_link_of_a_urdf_file_is_link_1(from_text):
+    left_out = r'damping of joint "pan" \(0\.1 N m s/rad\); frictionloss of joint "pan" \(0\.2 N m\)'
+    with pytest.warns(UserWarning, match=rf"arm\.urdf: left out {left_out}$"):
+        robot = from_text(ARM.format(INERTIAL.format(0) + BASE, link=LINK), "arm.urdf")
+    np.testing.assert_allclose(per_link(robot.inertia, 3), 0.002, rtol=1e-9)
+    np.testing.assert_allclose(per_link(robot.roll_inertia, 3), 0.001, rtol=1e-9)
+    assert (robot.links, robot.length, robot.mass, robot.axes) == (3, 0.1, 0.5, ("yaw", "pitch"))
+    assert (robot.radius, robot.contact_half_length) == ((0.03, 0.04, 0.04), (0.05, 0.0, 0.0))
+    assert robot.joint_limit == ((-1.0, 1.5), np.inf)
+
+
+def test_a_root_link_without_mass_is_the_world(from_text):
+    with pytest.warns(UserWarning, match=r'left out joint "pan", between the robot and the world'):
+        robot = from_text(ARM.format("", link=LINK), "arm.urdf")
+    assert (robot.links, robot.axes) == (2, "pitch")
+
+
+def third(inside=BALL + AT, joints=PITCH):
+    return chain(body("c", joints, inside))
+
+
+BENT = chain(body("c", PITCH, BALL + AT + body("d", YAW)).replace('"0.1 0 0"', '"0.1 0 0.02"', 1))
+INERTIA = '<inertial pos="0.05 0 0" mass="1" diaginertia="1e-3 2e-3 {}e-3"/>'
+CUBE = '<geom type="box" size="0.03 0.03 0.03" mass="1" pos="0.05 0 0"/>'
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "instead"),
+    [
+        (chain(body("c", YAW) + body("d", YAW)), ', body "b" = body "c" and body "d": expected one body', {}),
+        (chain(joints=""), " = one link: expected a chain of at least two links", {}),
+        (f"<mujoco><worldbody>{BALL}/></worldbody></mujoco>", ', body "world" = no body that moves', {}),
+        (third(joints='<joint name="r" type="slide"/>'), ', body "c", joint "r" = slide: expected a hinge', {}),
+        (third(joints='<joint name="r" type="ball"/>'), ', body "c", joint "r" = ball: expected a hinge', {}),
+        (chain(joints=PITCH + YAW), ', body "b", joint 2 (without a name) = axes pitch, yaw: expected one', {}),
+        (chain(joints=YAW * 3), ', body "b", joint 3 (without a name) = axes yaw, yaw, yaw: expected one', {}),
+        (
+            chain(tail='<equality><connect name="loop" body1="a" body2="b" anchor="0 0 0"/></equality>'),
+            ', equality "loop" = 1 in all: expected links and hinges only',
+            {},
+        ),
+        (chain(body("c", PITCH, x=-0.1)), ', body "a" = length -0.1 m: expected > 0', {"length": 0.1}),
+        (BENT, ', body "c", joint 2 (without a name) = 0.00995037 m off the line: ', {"tolerance": 0.03}),
+        (third(BALL + ' pos="0.05 0 2e-6"/>'), ', body "c" = CG 2e-06 m off the middle of the', {"tolerance": 3e-6}),
+        (
+            third(INERTIA.format(2.5) + BALL + AT),
+            ', body "c" = inertia (xx yy zz xy xz yz, z along) 0.002 0.0025 0.001 0 0 0 kg m^2: expected equal',
+            {"inertia": 2e-3, "roll_inertia": 1e-3},
+        ),
+        (third(INERTIA.format(2)), ', body "c" = no geom: expected one capsule, cylinder or sphere, or rad', OUTLINE),
+        (third(BALL + AT + BALL + AT), ', body "c" = sphere and sphere: expected one capsule', OUTLINE),
+        (third(CUBE), ', body "c" = box: expected one capsule, cylinder or sphere', OUTLINE),
+        (
+            third(INERTIA.format(2) + '<geom name="g" type="capsule" size="0.02 0.03" pos="0.05 0 0"/>'),
+            ', body "c", geom "g" = capsule 0.03 m aside: expected one around the CG along the link',
+            OUTLINE,
+        ),
+        (
+            third(joints='<joint name="p" axis="0 1 0" range="0.1 0.5" limited="true"/>'),
+            ', body "c", joint "p" = limits (0.1, 0.5) rad: expected lower <= 0 <= upper',
+            {"joint_limit": 1.0},
+        ),
+        (
+            third(joints=YAW + '<joint name="p" axis="0 1 0" range="-1 1" limited="true"/>'),
+            ', body "c", joint "p" = limits (-1, 1) rad: expected lower <= 0 <= upper, equal for both axes',
+            {"joint_limit": 1.0},
+        ),
+        (chain(tail='<option gravity="0 0 0"/>'), ", option gravity = 0.0: expected a vector other", {"gravity": 9.81}),
+    ],
+)
+def test_what_is_no_robot_is_refused_by_name(text, message, instead, from_text):
+    """And taken where keywords replace it."""
+    with pytest.raises(ConfigError) as caught:
+        from_text(text)
+    assert f"snake.xml{message}" in str(caught.value)
+    if instead:
+        assert from_text(text, **instead).links >= 2
+
+
+def test_limits_count_from_the_straight_robot(from_text):
+    ref = '<joint axis="0 1 0" ref="0.2" range="0.1 0.5" limited="true"/>'
+    np.testing.assert_allclose(bounds(from_text(third(joints=ref)))[1], [-0.1, 0.3], atol=1e-12)
+
+
+def test_what_is_left_out_is_listed(from_text):
+    """A swimmer: joints to the world in the plane, a fluid, motors with armature, a tendon."""
+    root = '<joint name="x" type="slide" axis="1 0 0"/><joint name="turn" axis="0 0 1"/>'
+    joints = '<joint name="p" axis="0 1 0" armature="0.1" stiffness="3" damping="{}"/>'
+    tail = (
+        '<option density="1000" viscosity="0.1"/><tendon><fixed name="t"><joint joint="p" coef="1"/></fixed></tendon>'
+    )
+    text = chain(body("c", joints.format(2).replace('"p"', '"q"')), joints.format(1), tail, root)
+    with pytest.warns(UserWarning, match="left out") as caught:
+        assert from_text(text).links == 3
+    assert [str(one.message) for one in caught] == [
+        'snake.xml: left out joint "x", between the robot and the world; '
+        'joint "turn", between the robot and the world; '
+        'damping of joint "p" and 1 more (2 N m s/rad); armature of joint "p" and 1 more (0.1 kg m^2); '
+        'stiffness of joint "p" and 1 more (3 N m/rad); option density (1000); option viscosity (0.1); tendon "t"'
+    ]
+    assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize(
+    "content", [None, "", "<mujoco>", "<robot>", "snake", "<mujoco><extension/><worldbody/>", b"\xff\0"]
+)
+def test_files_that_mujoco_cannot_read_are_refused(content, tmp_path):
+    path = tmp_path / "snake.xml"
+    if content is not None:
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    for file in (path, str(path), tmp_path, 5, None):
+        with pytest.raises(ConfigError, match=r"path = .*: expected an MJCF or URDF file"):
+            Robot.from_mjcf(file)
+
+
+@pytest.mark.parametrize("tolerance", [-1.0, np.nan, "1", None])
+def test_tolerances_that_are_none_are_refused(tolerance):
+    with pytest.raises(ConfigError, match=r"tolerance = .*: expected a number in \[0, inf\]"):
+        Robot.from_mjcf("snake.xml", tolerance=tolerance)
