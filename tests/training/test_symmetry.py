@@ -1,5 +1,7 @@
 """Left and right are alike: to the simulator, to the signs, to the networks and to the files that play them."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ pytest.importorskip("torch")
 
 import torch
 
-from snake_env import ConfigError
+from snake_env import ConfigError, Robot
 from snake_env.evaluation import rollout, seeds
 from snake_env.policies import GaitParameters, Network, files
 from training import config
@@ -46,7 +48,10 @@ def test_half_a_period_of_a_steady_wave_is_a_reflection():
     np.testing.assert_allclose(seen[-1][steady], seen[-1 - half][steady] * signs, atol=0.03)
 
 
-def in_space(mode, mirrored, steps=16):
+HINGES = ("yaw", (-1.0, 0.0, 0.0)) * 5
+
+
+def in_space(mode, axes, mirrored, steps=16):
     """Blocks of the observation of a robot in space that from lying straight makes random movements, or those in the
     mirror, seen in the mirror."""
     env = rollout.make_env(
@@ -58,6 +63,7 @@ def in_space(mode, mirrored, steps=16):
         perturbation={"course": "table-7.5", "removed": 0, "shifted": 0, "without": list(range(1, 8))},
         perception="blind",
         start_jitter=0.0,
+        robot=Robot(axes=axes),
     )
     layout = env.unwrapped.layout
     signs = symmetry.Reflection.of(layout)
@@ -76,9 +82,9 @@ def in_space(mode, mirrored, steps=16):
     return {b["name"]: seen[:, b["start"] : b["start"] + b["size"]] for b in layout["observation"]}
 
 
-@pytest.mark.parametrize("mode", MODES)
-def test_in_space_a_mirrored_robot_moves_as_the_mirror_image(mode):
-    plain, mirrored = in_space(mode, False), in_space(mode, True)
+@pytest.mark.parametrize(("mode", "axes"), [*((mode, "both") for mode in MODES), ("joints", HINGES)])
+def test_in_space_a_mirrored_robot_moves_as_the_mirror_image(mode, axes):
+    plain, mirrored = in_space(mode, axes, False), in_space(mode, axes, True)
     # Where the robot has come to lie before matters to what is seen of the way.
     for name in set(plain) - {"heading", "velocity", "lateral_offset", "goal"}:
         one, other = plain[name], mirrored[name]
@@ -93,6 +99,22 @@ def test_a_wave_that_lifts_one_side_first_has_no_mirror():
     with pytest.raises(ConfigError, match="symmetric"):
         agent.reflection_of(settings)
     assert agent.reflection_of(settings.with_changes(env={"action_mode": "joints"})) is not None
+
+
+@pytest.mark.parametrize(
+    "robot",
+    [
+        Robot(links=4, axes=["yaw", (1.0, 1.0, 0.0), "pitch"]),
+        Robot(links=4, axes=["yaw", "pitch", "both"], joint_limit=[1.0, (-0.5, 1.0), (-0.5, 1.0)]),
+    ],
+)
+def test_robots_without_a_mirror_image_are_refused(robot):
+    policy = config.PpoNetworks(hidden=(16,), symmetric=True)
+    env = {"action_mode": "joints", "robot": robot}
+    with pytest.raises(ConfigError, match=r"policy\.symmetric = True: expected false: joint [12] "):
+        agent.reflection_of(config.PpoConfig(env_id="SnakeSpatial-v1", policy=policy, env=env))
+    bends_down = dataclasses.replace(robot, axes="pitch")
+    agent.reflection_of(config.PpoConfig(env_id="SnakeSpatial-v1", policy=policy, env=env | {"robot": bends_down}))
 
 
 @pytest.mark.parametrize("mode", MODES)

@@ -9,6 +9,7 @@ except about the axis to the left.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from snake_env import ConfigError
+from snake_env import ConfigError, Robot
 
 Signs = NDArray[np.float32]
 
@@ -33,8 +34,9 @@ class Reflection(NamedTuple):
 
         Raises:
             ConfigError: action zero lifts: half a turn later the vertical wave is the reflection with the opposite
-                amplitude, which is then no change of sign.
+                amplitude, which is then no change of sign. Or the mirror image of a joint is another joint.
         """
+        _require_mirror_image(Robot.of(layout["config"]["robot"]))
         for entry in layout["action"]:
             if entry["name"] == "lift" and entry["low"] != -entry["high"]:
                 expected = 'false, another task, or action_mode "joints": in task "free" action zero lifts'
@@ -46,6 +48,18 @@ class Reflection(NamedTuple):
     def arrays(self) -> dict[str, Signs]:
         """The signs as the file of a policy names them."""
         return {f"mirror.{name}": signs for name, signs in self._asdict().items()}
+
+
+def _require_mirror_image(robot: Robot) -> None:
+    """Refuses oblique axes, and limits to one side more than to the other of axes whose angles change their signs."""
+    limits = robot.joint_limit if isinstance(robot.joint_limit, Sequence) else [None] * (robot.links - 1)
+    for joint, axis in robot.joint_axes:
+        across, *others = axis if isinstance(axis, tuple) else (float(axis == "pitch"), float(axis != "pitch"))
+        limit = limits[joint]
+        lower, upper = limit if isinstance(limit, Sequence) else (0.0, 0.0)
+        if (across and any(others)) or (any(others) and lower != -upper):
+            expected = f"false: joint {joint} of the robot turns about {axis}, within {limit}, and has no mirror image"
+            raise ConfigError("policy.symmetric", True, expected)
 
 
 class SymmetricNetwork(nn.Module):
