@@ -108,6 +108,31 @@ class Robot(Section):
         return cls(**({"backlash": 4 * DEGREE} | changes))
 
     @classmethod
+    def sea_snake(cls, **changes: Any) -> Robot:
+        """The SEA Snake of Carnegie Mellon University, 16 modules with one hinge each, in turn yaw and pitch.
+
+        From its publication (Rollinson et al., Design and architecture of a series elastic snake robot, IROS 2014): a
+        module has diameter 5.1 cm, length 6.4 cm, mass 205 g and turns by a right angle to either side; the robot has
+        1.174 m and 3.657 kg. Assumed: what these leave for the two ends is shared equally, and links are homogeneous
+        cylinders. Its springs are not modelled; its joints give 7 N m: ``PD(..., torque_limit=7.0)``. Keywords replace
+        fields.
+        """
+        modules, radius = 15, 0.0255
+        length = np.array([0.107, *[0.064] * modules, 0.107])
+        mass = np.array([0.291, *[0.205] * modules, 0.291])
+        fields: dict[str, Any] = {
+            "links": modules + 2,
+            "length": length,
+            "contact_half_length": 0.5 * length - radius,
+            "radius": radius,
+            "mass": mass,
+            "inertia": mass * (3.0 * radius**2 + length**2) / 12.0,
+            "roll_inertia": 0.5 * mass * radius**2,
+            "axes": ["yaw", "pitch"] * 8,
+        }
+        return cls(**(fields | changes))
+
+    @classmethod
     def from_mjcf(cls, path: str | Path, *, tolerance: float = 1e-6, **changes: Any) -> Robot:
         """The serial chain of links and hinges in a file of MuJoCo, which has to be installed (extra ``mujoco``).
 
