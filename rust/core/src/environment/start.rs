@@ -76,6 +76,12 @@ impl StartLine {
         let path = natural_path(&wave, robot);
         let start = Start::of_gait(Vector2::zeros(), PI + path.direction(0.0));
         let mut line = Self::from_start(start, wave, robot);
+        if !robot.axes.iter().all(|axes| axes.yaws()) {
+            // The path is that of a robot of which all joints bend sideways.
+            line.centre_line = line.gravity_centre.y;
+            let turn = -askew(robot, &wave, line.nominal.angle);
+            line = line.turned(turn);
+        }
         let origin = Vector2::new(line.gravity_centre.x, line.centre_line);
         line.nominal.position -= origin;
         line.gravity_centre -= origin;
@@ -129,6 +135,16 @@ fn posture<'a>(robot: &'a Robot, wave: &'a Wave, time: f64) -> impl Iterator<Ite
     robot.axes.iter().enumerate().map(move |(joint, axes)| if axes.yaws() { angle(joint) } else { 0.0 })
 }
 
+/// Mean angle from +x to the direction in which the links point, given the absolute angle of link 1 \[rad\].
+fn askew(robot: &Robot, wave: &Wave, angle: f64) -> f64 {
+    let (mut along, mut sum) = (angle - PI, angle - PI);
+    for bend in posture(robot, wave, 0.0) {
+        along += bend;
+        sum += along;
+    }
+    sum / robot.link_count() as f64
+}
+
 fn natural_path(wave: &Wave, robot: &Robot) -> NaturalPath {
     NaturalPath::new(wave, robot.total_length() / robot.link_count() as f64)
 }
@@ -144,7 +160,7 @@ fn gravity_centre(robot: &Robot, wave: &Wave, start: &Start) -> Vector2<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::RobotConfig;
+    use crate::robot::{AxesConfig, OneJoint, RobotConfig};
     use crate::scene::START_7_5;
 
     #[test]
@@ -157,6 +173,20 @@ mod tests {
         let course = StartLine::on_course(START_7_5, &robot);
         assert_eq!(course.nominal.position.x, START_7_5[0]);
         assert!((course.centre_line - 0.09).abs() < 0.01, "between the rows of pegs: {}", course.centre_line);
+    }
+
+    #[test]
+    fn robots_whose_joints_bend_sideways_in_part_start_along_the_path() {
+        let axes = (0..10).map(|j| OneJoint::Named(["yaw", "pitch"][j % 2].to_owned())).collect();
+        let robot = Robot::new(&RobotConfig { axes: AxesConfig::Each(axes), ..RobotConfig::default() }).unwrap();
+        let line = StartLine::at_origin(Wave::default(), &robot);
+        assert!(line.gravity_centre.norm() < 1e-12 && line.centre_line.abs() < 1e-12);
+        let angles: Vec<f64> = line.joint_angles(&robot, 0.0).collect();
+        let mut pose = vec![Pose::zeros(); 11];
+        let Start { position, angle, .. } = line.nominal;
+        assemble_chain(&robot, Pose::new(position.x, position.y, angle), &angles, &mut pose);
+        let mean = pose.iter().map(|q| q.z - PI).sum::<f64>() / 11.0;
+        assert!(mean.abs() < 1e-12 && angles.iter().any(|bend| bend.abs() > 0.5), "{mean} rad askew");
     }
 
     #[test]
