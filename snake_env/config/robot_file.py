@@ -308,6 +308,10 @@ class _Chain:
                 more = f" and {present.size - 1} more" if present.size > 1 else ""
                 largest = values[present[np.abs(values[present]).argmax()]]
                 yield f"{name} of {self._name(kind, numbers[present[0]])}{more} ({largest:g} {unit})"
+        if model.opt.gravity[:2].any() or model.opt.gravity[2] > 0.0:
+            yield f"the direction of option gravity ({' '.join(f'{part:g}' for part in model.opt.gravity)})"
+        if model.nexclude:
+            yield f"{model.nexclude} contact exclusions"
         for name in ("density", "viscosity"):
             if value := getattr(model.opt, name):
                 yield f"option {name} ({value:g})"

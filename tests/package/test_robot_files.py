@@ -289,16 +289,20 @@ def test_what_is_left_out_is_listed(from_text):
     root = '<joint name="x" type="slide" axis="1 0 0"/><joint name="turn" axis="0 0 1"/>'
     joints = '<joint name="p" axis="0 1 0" armature="0.1" stiffness="3" damping="{}"/>'
     tail = (
-        '<option density="1000" viscosity="0.1"/><tendon><fixed name="t"><joint joint="p" coef="1"/></fixed></tendon>'
+        '<contact><exclude body1="a" body2="c"/></contact>'
+        '<option gravity="3 0 -4" density="1000" viscosity="0.1"/>'
+        '<tendon><fixed name="t"><joint joint="p" coef="1"/></fixed></tendon>'
     )
     text = chain(body("c", joints.format(2).replace('"p"', '"q"')), joints.format(1), tail, root)
     with pytest.warns(UserWarning, match="left out") as caught:
-        assert from_text(text).links == 3
+        assert from_text(text).gravity == 5.0
     assert [str(one.message) for one in caught] == [
         'snake.xml: left out joint "x", between the robot and the world; '
         'joint "turn", between the robot and the world; '
         'damping of joint "p" and 1 more (2 N m s/rad); armature of joint "p" and 1 more (0.1 kg m^2); '
-        'stiffness of joint "p" and 1 more (3 N m/rad); option density (1000); option viscosity (0.1); tendon "t"'
+        'stiffness of joint "p" and 1 more (3 N m/rad); '
+        "the direction of option gravity (3 0 -4); 1 contact exclusions; "
+        'option density (1000); option viscosity (0.1); tendon "t"'
     ]
     assert caught[0].filename == __file__
 
