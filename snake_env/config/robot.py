@@ -46,9 +46,9 @@ class Robot(Section):
             the centre line) or one vector (x, y, z) of the link frame, of any length: x is the axis of pitch, y that of
             yaw, z points along the link to the next one. A joint has one axis, or two as "both". About an axis that it
             does not have it is rigid. Unless ``axes`` is "both", joint angles, rates and torques are listed axis by
-            axis, as :attr:`joint_axes` has them. Vertical waves drive pitch and axes that are nearer
-            to it than to yaw and roll, horizontal ones yaw and other oblique axes; axes that point along the link more
-            than across are moved by joint angles only. The planar and the minimal model take joints with yaw. With the
+            axis, as :attr:`joint_axes` has them. Vertical waves drive pitch and axes that are nearer to it
+            than to yaw and roll, horizontal ones yaw and other oblique axes; axes that point along the link more than
+            across are moved by joint angles only. The planar and the minimal model take joints with yaw. With the
             method "implicit" only.
         backlash: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
@@ -111,11 +111,10 @@ class Robot(Section):
     def sea_snake(cls, **changes: Any) -> Robot:
         """The SEA Snake of Carnegie Mellon University, 16 modules with one hinge each, in turn yaw and pitch.
 
-        From its publication (Rollinson et al., Design and architecture of a series elastic snake robot, IROS 2014): a
-        module has diameter 5.1 cm, length 6.4 cm, mass 205 g and turns by a right angle to either side; the robot has
-        1.174 m and 3.657 kg. Assumed: what these leave for the two ends is shared equally, and links are homogeneous
-        cylinders. Its springs are not modelled; its joints give 7 N m: ``PD(..., torque_limit=7.0)``. Keywords replace
-        fields.
+        From its data sheet as listed at wevolver.com/specs/sea.snake: a module has diameter 5.1 cm, length 6.4 cm and
+        mass 205 g, and turns by a right angle to either side; the robot has 1.174 m and 3.657 kg. Assumed: what these
+        leave for the two ends is shared equally, and links are homogeneous cylinders. The springs in its joints are not
+        modelled; these give 7 N m: ``PD(..., torque_limit=7.0)``. Keywords replace fields.
         """
         modules, radius = 15, 0.0255
         length = np.array([0.107, *[0.064] * modules, 0.107])

