@@ -63,7 +63,7 @@ fuzz: build
 	SNAKE_ENV_FUZZ=search cargo test --quiet --package snake-stress --test scenes
 	SNAKE_ENV_FUZZ=search $(BIN)/python -m pytest tests/package/test_fuzz.py tests/package/test_native.py tests/package/test_buffers.py $(PYTEST)
 
-bench: build .venv/.peers
+bench: build
 	$(BIN)/python -m benchmarks $(BENCH)
 	$(if $(findstring --write-docs,$(BENCH)),$(BIN)/python -m experiments.pictures)
 
@@ -171,12 +171,6 @@ venv: .venv/.packages
 		--requirement pyproject.toml --extra all --group test maturin
 	touch $@
 
-# Peers to compare with; the bench does without those that cannot be installed.
-.venv/.peers: .venv/.packages
-	-$(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt \
-		--requirement pyproject.toml --extra all --group bench
-	touch $@
-
 .venv-ray/.packages: pyproject.toml constraints.txt .venv/.packages
 	test -x .venv-ray/bin/python || $(PYTHON) -m venv .venv-ray
 	grep -v '^gymnasium==' constraints.txt > .venv-ray/constraints.txt
@@ -197,7 +191,7 @@ venv: .venv/.packages
 # Pin the whole tree anew; torch pins its own CUDA libraries.
 constraints: venv
 	printf 'maturin\nuv\nziglang\ntwine\nnodejs-wheel\nray[tune]\n' | $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.10 \
-		--extra all --group test --group bench --group docs --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
+		--extra all --group test --group docs --no-annotate --no-header pyproject.toml - | grep -vE '^(nvidia-|cuda-|triton)' > constraints.new
 	mv constraints.new constraints.txt
 
 clean:
