@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive, time_step};
+use crate::robot::Motor;
 
 /// Which control law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -125,6 +126,13 @@ impl ControllerConfig {
             time_step("treatment", period)?;
         }
         Ok(())
+    }
+
+    /// The same within the torque of a motor.
+    #[must_use]
+    pub fn driven_by(self, motor: Option<&Motor>) -> Self {
+        let limit = self.torque_limit.into_iter().chain(motor.map(|motor| motor.stall_torque)).reduce(f64::min);
+        Self { torque_limit: limit, ..self }
     }
 
     /// The largest torque at a time: infinite when there is no limit, 0 before `active_from` \[N m\].

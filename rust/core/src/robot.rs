@@ -2,9 +2,11 @@
 
 mod axes;
 mod limits;
+mod motor;
 
 pub use axes::{Axes, AxesConfig, OneJoint};
 pub use limits::{JointLimit, OneLimit};
+pub use motor::Motor;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -70,6 +72,8 @@ pub struct RobotConfig {
     pub joint_limit: Option<JointLimit>,
     /// About which axes each joint turns; the planar models have yaw only.
     pub axes: AxesConfig,
+    /// The motor of every axis that is not broken; null for actuators with any torque at any rate.
+    pub motor: Option<Motor>,
     /// Joints that keep their angles of the start, from 0.
     pub locked: Vec<usize>,
     /// Joints without an actuator, from 0.
@@ -99,6 +103,7 @@ impl Default for RobotConfig {
             self_contact: None,
             joint_limit: None,
             axes: AxesConfig::default(),
+            motor: None,
             locked: Vec::new(),
             limp: Vec::new(),
         }
@@ -137,6 +142,7 @@ pub struct Robot {
     pub axes: Vec<Axes>,
     /// Whether they were listed: joint angles are then listed axis by axis too.
     pub lists_axes: bool,
+    pub motor: Option<Motor>,
     /// The broken joints, in order.
     pub broken: Vec<(usize, Breakage)>,
 }
@@ -176,6 +182,10 @@ impl Robot {
         let backlash = within("backlash", config.backlash, 0.0, MOST_PLAY)?;
         let joint_limit = config.joint_limit.clone().unwrap_or(RIGHT_ANGLE.into());
         let broken = broken_joints(config)?;
+        if let Some(motor) = &config.motor {
+            motor.validate().map_err(|e| e.inside("motor"))?;
+            require(backlash == 0.0 || !motor.needs_tight_gear(), "backlash", backlash, NO_PLAY)?;
+        }
         Ok(Self {
             links,
             gravity,
@@ -184,6 +194,7 @@ impl Robot {
             joint_bounds: joint_limit.expand(n - 1)?,
             axes: config.axes.expand(n - 1)?,
             lists_axes: config.axes != AxesConfig::default(),
+            motor: config.motor,
             broken,
         })
     }
@@ -256,9 +267,21 @@ impl Robot {
         Ok(())
     }
 
+    /// Whether a joint is locked or limp.
+    pub fn is_broken(&self, joint: usize) -> bool {
+        self.broken.iter().any(|(broken, _)| *broken == joint)
+    }
+
     /// The joints that keep their angles.
     pub fn locked(&self) -> impl Iterator<Item = usize> + '_ {
         self.broken.iter().filter(|(_, breakage)| *breakage == Breakage::Locked).map(|(joint, _)| *joint)
+    }
+
+    /// Kinetic energy of the rotors of motors, given the rates of `axes` axes a joint \[J\].
+    pub fn rotor_energy(&self, axes: usize, rates: impl Iterator<Item = f64>) -> f64 {
+        let Some(motor) = &self.motor else { return 0.0 };
+        let squared = rates.enumerate().filter(|(axis, _)| !self.is_broken(axis / axes)).map(|(_, rate)| rate * rate);
+        0.5 * motor.reflected_inertia() * squared.sum::<f64>()
     }
 
     /// Mass of the whole robot \[kg\].
@@ -301,6 +324,9 @@ pub const MAX_LINKS: usize = 10_000;
 /// Largest angle of a joint unless another was chosen \[rad\]: up to it links on either side of a link cannot touch
 /// where that is longer than they are thick; those of Aiko do at 94.9 degrees.
 const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
+
+/// What backlash must be where [`Motor::needs_tight_gear`].
+pub const NO_PLAY: &str = "0 with a motor that has rotor inertia or gear friction";
 
 /// Largest backlash, a quarter turn \[rad\].
 pub const MOST_PLAY: f64 = std::f64::consts::FRAC_PI_2;

@@ -48,6 +48,7 @@ pub fn random_joint(random: &mut Random) -> [(Link, Pose); 2] {
         joint_bounds: vec![[f64::NEG_INFINITY, f64::INFINITY]],
         axes: vec![Axes::Both],
         lists_axes: false,
+        motor: None,
         broken: Vec::new(),
     };
     let mut pose = [random_pose(random), Pose::identity()];

@@ -10,7 +10,7 @@ use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, integer_in, require, within};
 use crate::laws::Stribeck;
 use crate::obstacles::Obstacle;
-use crate::robot::RobotConfig;
+use crate::robot::{NO_PLAY, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
 use crate::slope::Slope;
 use crate::stepping::{ImplicitConfig, MOST_STEPS_PER_PERIOD, require_steps};
@@ -266,15 +266,16 @@ impl EnvConfig {
     /// The controller of the joints. Where actions are torques, k_D alone is left, as the damping of the actuators: like
     /// motors they have a no-load speed, the largest torque over k_D.
     pub fn controller(&self) -> ControllerConfig {
+        let controller = self.controller.driven_by(self.robot.motor.as_ref());
         match self.action_mode {
-            ActionMode::Torques => ControllerConfig { kp: 0.0, ..self.controller },
-            _ => self.controller,
+            ActionMode::Torques => ControllerConfig { kp: 0.0, ..controller },
+            _ => controller,
         }
     }
 
     /// The largest torque that an action sets; infinite without limit \[N m\].
     pub fn largest_torque(&self) -> f64 {
-        self.controller.torque_limit.unwrap_or(f64::INFINITY)
+        self.controller().torque_limit.unwrap_or(f64::INFINITY)
     }
 
     /// The gait of action zero.
@@ -288,7 +289,7 @@ impl EnvConfig {
             return Ok(());
         }
         let mode = "with action_mode=\"torques\"";
-        let limited = self.controller.torque_limit.is_some();
+        let limited = self.controller().torque_limit.is_some();
         require(limited, "controller.torque_limit", "None", &format!("a number, the largest torque, {mode}"))?;
         let law = self.controller.law;
         require(law == ControlLaw::Pd, "controller.law", "\"io\"", &format!("\"pd\" {mode}"))?;
@@ -314,7 +315,9 @@ impl EnvConfig {
         let held = treatment != Treatment::Implicit;
         Feature::HeldTorques.require(on, held, "controller.treatment", treatment)?;
         self.validate_torques()?;
-        let (play, law) = (self.robot.backlash, self.controller.law);
+        let (play, law, drawn) = (self.robot.backlash, self.controller.law, self.randomization.backlash);
+        let is_tight = self.robot.motor.as_ref().is_none_or(|motor| !motor.needs_tight_gear());
+        require(is_tight || drawn[1] == 0.0, "randomization.backlash", format!("{drawn:?}"), NO_PLAY)?;
         self.randomization.validate_beyond(play, law, drop).map_err(|e| e.inside("randomization"))
     }
 }

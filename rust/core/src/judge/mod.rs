@@ -11,15 +11,16 @@ mod clamp;
 mod disc;
 mod half_line;
 mod mobility;
+mod motor;
 mod rows;
 
 pub use balance::{BalancedLink, ChainBalance};
 pub use clamp::clamp;
-pub(crate) use clamp::clamp_with_backlash;
 pub(crate) use disc::disc;
 pub use disc::{FrictionViolation, ellipse};
 pub(crate) use half_line::half_line;
 pub use mobility::Mobility;
+pub(crate) use motor::drive;
 pub(crate) use rows::rows;
 
 use crate::math::Real;

@@ -13,7 +13,7 @@ use crate::judge::{self, BalancedLink, ChainBalance, Mobility, worse};
 use crate::math::{Real, add_scaled};
 use crate::stepping::StageStop;
 
-use super::stage::{Stage, StageJoint, StageLink, StageObstacleFriction, StageSolution};
+use super::stage::{Stage, StageLink, StageObstacleFriction, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,8 +72,17 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
         certificate.gap += worse(T::zero(), friction.gap);
         if i < last {
             let (next, u_next) = (&stage.links[i + 1], &solution.twist[i + 1]);
-            let violation = actuator_violation(&stage.joints[i], u_next.z - u.z, solution.actuator[i]);
+            let (joint, rate) = (&stage.joints[i], u_next.z - u.z);
+            let (tight, motor) = (joint.drive - joint.stiffness * rate, stage.motors.get(i));
+            let motor_and_rate = motor.map(|motor| (motor, rate));
+            let violation = judge::drive(solution.actuator[i], tight, joint.slack, joint.limit, motor_and_rate);
             certificate.law = worse(certificate.law, violation * mobility.torque);
+            if let (Some(motor), Some(&gear)) = (motor, solution.gear.get(i)) {
+                let (slip, lever) = (rate * half_length, mass * half_length);
+                let violation = judge::clamp(gear, gear - lever * slip, motor.friction);
+                certificate.law = worse(certificate.law, violation / lever);
+                certificate.gap += worse(T::zero(), gear * rate + motor.friction * rate.abs());
+            }
             if let (Some(stop), Some(impulses)) = (stage.stops.get(i), solution.stop.get(i)) {
                 verify_stop(stop, mass, u_next.z - u.z, impulses, certificate);
             }
@@ -125,13 +134,6 @@ fn verify_obstacle_friction<T: Real>(
     certificate.gap += worse(T::zero(), impulse * slip + bound * slip.abs());
 }
 
-/// Violation of an actuator's law \[N m s\].
-#[inline(always)]
-fn actuator_violation<T: Real>(joint: &StageJoint<T>, rate: T, drive: T) -> T {
-    let tight = joint.drive - joint.stiffness * rate;
-    judge::clamp_with_backlash(drive, tight, joint.slack, joint.limit)
-}
-
 /// Velocity of a link's end; `side` is 1 for the far joint, -1 for the near one.
 #[inline(always)]
 fn end_velocity<T: Real>(link: &StageLink<T>, u: &Vector3<T>, side: T) -> Vector2<T> {
@@ -156,12 +158,16 @@ fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: us
     applied
 }
 
-/// Impulse of a joint's actuator and stops, positive driving phi upwards \[N m s\].
+/// Impulse of a joint's actuator, motor and stops, positive driving phi upwards \[N m s\].
 #[inline(always)]
 fn joint_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, joint: usize) -> T {
     let mut impulse = solution.actuator[joint];
     if let (Some(stop), Some([upper, lower])) = (stage.stops.get(joint), solution.stop.get(joint)) {
         impulse += stop.lever * (*lower - *upper);
+    }
+    if let (Some(motor), Some(gear)) = (stage.motors.get(joint), solution.gear.get(joint)) {
+        let (first, second) = (&solution.twist[joint], &solution.twist[joint + 1]);
+        impulse += *gear + motor.inertia * (motor.reference - (second.z - first.z));
     }
     impulse
 }

@@ -44,6 +44,8 @@ impl<T: Real> Stage<T> {
             coefficient: Real::lane(row.coefficient, lane),
             bound: Real::lane(row.bound, lane),
         }));
+        one.motors.clear();
+        one.motors.extend(self.motors.iter().map(|motor| Laned::<T>::lane(motor, lane)));
         one.pairs.clear();
         one.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| pair.lane(lane)));
         one.stops.clear();
@@ -67,6 +69,8 @@ impl<T: Real> StageSolution<T> {
         one.friction.extend(self.friction.iter().map(|impulse| impulse.lane(lane)));
         one.actuator.clear();
         one.actuator.extend(self.actuator.iter().map(|impulse| Real::lane(*impulse, lane)));
+        one.gear.clear();
+        one.gear.extend(self.gear.iter().map(|impulse| Real::lane(*impulse, lane)));
         read_rows(&self.contact, &stage.contacts, lane, &mut one.contact);
         read_rows(&self.obstacle_friction, &stage.obstacle_friction, lane, &mut one.obstacle_friction);
         read_rows(&self.pair, &stage.pairs, lane, &mut one.pair);
@@ -80,6 +84,7 @@ impl<T: Real> StageSolution<T> {
         write_lane::<T, _>(&mut self.twist, lane, &one.twist);
         write_lane::<T, _>(&mut self.friction, lane, &one.friction);
         write_lane::<T, _>(&mut self.actuator, lane, &one.actuator);
+        write_lane::<T, _>(&mut self.gear, lane, &one.gear);
         write_rows(&mut self.contact, &stage.contacts, lane, &one.contact);
         write_rows(&mut self.obstacle_friction, &stage.obstacle_friction, lane, &one.obstacle_friction);
         let written = write_rows(&mut self.pair, &stage.pairs, lane, &one.pair);

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::math::Real;
 use crate::rows::{ContactRow, PairRow, Saved};
-use crate::stepping::StageStop;
+use crate::stepping::{StageMotor, StageStop};
 
 use super::Heading;
 
@@ -88,6 +88,9 @@ pub struct Stage<T = f64> {
     pub joints: Vec<StageJoint<T>>,
     /// Of each joint; empty where no joint is near a stop.
     pub stops: Vec<StageStop<T>>,
+    /// Of each joint; empty where robots have none.
+    #[serde(default = "Vec::new")]
+    pub motors: Vec<StageMotor<T>>,
     /// Sorted by link.
     pub contacts: Vec<StageContact<T>>,
     /// Of those contacts that have it, in their order.
@@ -103,6 +106,7 @@ impl<T: Real> Stage<T> {
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
             stops: Vec::with_capacity(links - 1),
+            motors: Vec::new(),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             obstacle_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
@@ -139,6 +143,9 @@ impl Stage {
             let most = joint.drive.abs().min(joint.limit);
             energy += 0.5 * most * most / (joint.stiffness + links[0].inertia.min(links[1].inertia));
         }
+        for motor in &self.motors {
+            energy += 0.5 * motor.inertia * motor.reference * motor.reference;
+        }
         for contact in &self.contacts {
             energy += 0.5 * self.links[contact.link].mass * contact.offset.min(0.0).powi(2);
         }
@@ -160,6 +167,8 @@ pub struct StageSolution<T = f64> {
     pub actuator: Vec<T>,
     /// Impulses of each entry of [`Stage::stops`] \[N s\].
     pub stop: Vec<[T; 2]>,
+    /// Impulse of the gear's friction of each entry of [`Stage::motors`] \[N m s\].
+    pub gear: Vec<T>,
     /// P_H of each entry of [`Stage::contacts`] \[N s\].
     pub contact: Vec<T>,
     /// Impulse of each entry of [`Stage::obstacle_friction`] \[N s\].
@@ -175,6 +184,7 @@ impl<T: Real> StageSolution<T> {
             friction: vec![Vector2::new(T::zero(), T::zero()); links],
             actuator: vec![T::zero(); links - 1],
             stop: Vec::with_capacity(links - 1),
+            gear: Vec::new(),
             contact: Vec::with_capacity(PAIRS_PER_LINK * links),
             obstacle_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),

@@ -22,6 +22,9 @@ pub struct WarmStart {
     pub joint_stops: Vec<[f64; 2]>,
     /// Position of each joint in its backlash, phi less the motor's angle \[rad\].
     pub backlash: Vec<f64>,
+    /// Torque of the friction in the gear of each joint's motor, empty without motors \[N m\].
+    #[serde(default)]
+    pub gear_friction: Vec<f64>,
 }
 
 impl stepping::WarmStart for WarmStart {
@@ -36,6 +39,7 @@ impl stepping::WarmStart for WarmStart {
             guess: Vec::with_capacity(links),
             joint_stops: Vec::with_capacity(links - 1),
             backlash: vec![0.0; links - 1],
+            gear_friction: Vec::new(),
         }
     }
 
@@ -47,6 +51,7 @@ impl stepping::WarmStart for WarmStart {
         self.guess.clear();
         self.joint_stops.clear();
         self.backlash.fill(0.0);
+        self.gear_friction.clear();
     }
 
     fn save(&self) -> Self {
@@ -54,7 +59,7 @@ impl stepping::WarmStart for WarmStart {
     }
 
     fn resume(&mut self, saved: &Self) {
-        let Self { friction, joint_torque, near, self_contacts, guess, joint_stops, backlash } = saved;
+        let Self { friction, joint_torque, near, self_contacts, guess, joint_stops, backlash, gear_friction } = saved;
         self.friction.clone_from(friction);
         self.joint_torque.clone_from(joint_torque);
         self.near.copy_from(near);
@@ -62,6 +67,7 @@ impl stepping::WarmStart for WarmStart {
         self.guess.clone_from(guess);
         self.joint_stops.clone_from(joint_stops);
         self.backlash.clone_from(backlash);
+        self.gear_friction.clone_from(gear_friction);
     }
 
     fn fits(saved: &Self, links: usize, obstacles: &ObstacleGrid) -> bool {
@@ -69,6 +75,7 @@ impl stepping::WarmStart for WarmStart {
             && saved.joint_torque.len() == links - 1
             && [0, links - 1].contains(&saved.joint_stops.len())
             && saved.backlash.len() == links - 1
+            && [0, links - 1].contains(&saved.gear_friction.len())
             && saved.near.fits(links, obstacles)
             && saved.self_contacts.fits(links, obstacles.len(), LINK_PAIR_CONTACTS)
     }

@@ -82,7 +82,8 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
         let body = Body::new(&robot, ObstacleGrid::of(&scene.obstacles));
-        let system = M::system(robot, &scene, controller)?;
+        let controller = controller.driven_by(robot.motor.as_ref());
+        let system = M::system(robot, &scene, &controller)?;
         let scheme = Box::new(integrator.scheme(&system));
         let mut simulation = Self { system, body, scheme };
         M::place_initially(&mut simulation);

@@ -44,9 +44,11 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
         &self.body.warm_start.joint_torque
     }
 
-    /// \[J\]
+    /// Of links and rotors \[J\].
     pub fn kinetic_energy(&self) -> f64 {
-        self.body.parameters.mass * self.body.state.kinetic_energy(&self.system.robot)
+        let (robot, state) = (&self.system.robot, &self.body.state);
+        let rates = (0..robot.joint_count()).map(|joint| state.joint_rate(joint));
+        self.body.parameters.mass * state.kinetic_energy(robot) + robot.rotor_energy(1, rates)
     }
 
     /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].

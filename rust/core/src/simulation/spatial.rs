@@ -73,9 +73,10 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
 
     /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
     pub fn energy(&self) -> f64 {
-        let state = &self.body.state;
+        let Body { state, warm_start, .. } = &self.body;
         let (robot, mass) = (&self.system.robot, self.body.parameters.mass);
-        mass * (state.kinetic_energy(robot) + state.potential_energy(robot, &self.system.gravity))
+        let rotors = robot.rotor_energy(2, warm_start.velocity.rate.iter().flatten().copied());
+        mass * (state.kinetic_energy(robot) + state.potential_energy(robot, &self.system.gravity)) + rotors
     }
 
     /// Smallest distance of links that are not neighbours now \[m\], negative where they overlap; infinite where none are

@@ -7,6 +7,7 @@ mod coulomb_laws;
 mod coulomb_newton;
 mod friction_term;
 mod low_rank;
+mod motor_term;
 mod outcome;
 mod ray_search;
 
@@ -17,5 +18,6 @@ pub(crate) use coulomb_newton::converge;
 pub use coulomb_newton::{CoupledStage, Defect};
 pub use friction_term::FrictionTerm;
 pub(crate) use low_rank::{Coupling, EliminatedChain, LinkStep, LowRank};
+pub(crate) use motor_term::MotorTerm;
 pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unsolved, residual_limit};
 pub use ray_search::{NearestKink, Ray, step_length};

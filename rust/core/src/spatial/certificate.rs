@@ -135,8 +135,14 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
         certificate.joint = worse(certificate.joint, apart * near.half_length);
         let wanted = drive.drive - drive.stiffness * rate;
         let impulse = solution.actuator[j][axis];
-        let violation = judge::clamp_with_backlash(impulse, wanted, drive.slack, drive.limit);
+        let motor = stage.motors.get(2 * j + axis);
+        let violation = judge::drive(impulse, wanted, drive.slack, drive.limit, motor.map(|motor| (motor, rate)));
         certificate.actuator = worse(certificate.actuator, violation * mobility.torque);
+        if let (Some(motor), Some(&gear)) = (motor, solution.gear.get(2 * j + axis)) {
+            let lever = near.mass * near.half_length;
+            let violation = judge::clamp(gear, gear - lever * near.half_length * rate, motor.friction);
+            certificate.actuator = worse(certificate.actuator, violation / lever);
+        }
         if let (Some(stop), Some(impulses)) = (stage.stops.get(2 * j + axis), solution.stop.get(2 * j + axis)) {
             let velocity = stop.lever * rate;
             for (opening, &impulse) in [stop.offset[0] - velocity, stop.offset[1] + velocity].into_iter().zip(impulses)
@@ -182,6 +188,9 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
             let mut left = scalar(axis, &moment) + *drive;
             if let (Some(stop), Some([upper, lower])) = (stage.stops.get(2 * i + k), solution.stop.get(2 * i + k)) {
                 left += stop.lever * (*lower - *upper);
+            }
+            if let (Some(motor), Some(gear)) = (stage.motors.get(2 * i + k), solution.gear.get(2 * i + k)) {
+                left += *gear + motor.inertia * (motor.reference - solution.rate[i][k]);
             }
             certificate.balance = worse(certificate.balance, left.abs() * mobility.end);
         }

@@ -38,6 +38,8 @@ pub struct ChainState {
     pub joint_torque: Vec<Vector2<f64>>,
     /// Positions of the joints in their backlash, yaw and pitch of each, phi less the motor's angle \[rad\].
     pub backlash: Vec<f64>,
+    /// Torque of the friction in the gear of each axis's motor, empty without motors \[N m\].
+    pub gear_friction: Vec<f64>,
     frames: Vec<Frame>,
 }
 
@@ -163,6 +165,8 @@ pub struct SavedForces {
     contacts: ContactMemory,
     joint_stops: Vec<[f64; 2]>,
     backlash: Vec<f64>,
+    #[serde(default)]
+    gear_friction: Vec<f64>,
 }
 
 impl WarmStart for ChainState {
@@ -182,6 +186,7 @@ impl WarmStart for ChainState {
             is_postponed: false,
             joint_torque: vec![Vector2::zeros(); links - 1],
             backlash: vec![0.0; 2 * (links - 1)],
+            gear_friction: Vec::new(),
             frames: vec![Frame::origin(); links],
         }
     }
@@ -195,11 +200,12 @@ impl WarmStart for ChainState {
         self.joint_stops.clear();
         self.joint_torque.fill(Vector2::zeros());
         self.backlash.fill(0.0);
+        self.gear_friction.clear();
     }
 
     fn save(&self) -> SavedForces {
-        let Self { began_at_rest, forces, stands, contacts, joint_stops, backlash, .. } = self.clone();
-        SavedForces { began_at_rest, forces, stands, contacts, joint_stops, backlash }
+        let Self { began_at_rest, forces, stands, contacts, joint_stops, backlash, gear_friction, .. } = self.clone();
+        SavedForces { began_at_rest, forces, stands, contacts, joint_stops, backlash, gear_friction }
     }
 
     fn resume(&mut self, saved: &SavedForces) {
@@ -209,6 +215,7 @@ impl WarmStart for ChainState {
         self.contacts.copy_from(&saved.contacts);
         self.joint_stops.clone_from(&saved.joint_stops);
         self.backlash.copy_from_slice(&saved.backlash);
+        self.gear_friction.clone_from(&saved.gear_friction);
     }
 
     fn fits(saved: &SavedForces, links: usize, obstacles: &ObstacleGrid) -> bool {
@@ -216,6 +223,7 @@ impl WarmStart for ChainState {
             && saved.stands.len() == links
             && [0, 2 * (links - 1)].contains(&saved.joint_stops.len())
             && saved.backlash.len() == 2 * (links - 1)
+            && [0, 2 * (links - 1)].contains(&saved.gear_friction.len())
             && saved.contacts.fits(links, obstacles.len(), CAPSULE_CONTACTS)
     }
 }

@@ -20,6 +20,9 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         let x = &solution.twist[contact.link];
         total.friction += p.x * along.dot(x) + p.y * across.dot(x);
     }
+    for (rate, gear) in solution.rate.iter().flatten().zip(&solution.gear) {
+        total.friction += *gear * *rate;
+    }
     for (rate, drive) in solution.rate.iter().zip(&solution.actuator) {
         for axis in 0..2 {
             let work = drive[axis] * rate[axis];

@@ -82,6 +82,8 @@ impl<T: Real> Stage<T> {
         to.contacts.clear();
         to.contacts
             .extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| contact.lane(lane)));
+        to.motors.clear();
+        to.motors.extend(self.motors.iter().map(|motor| Laned::<T>::lane(motor, lane)));
         to.pairs.clear();
         to.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| pair.lane(lane)));
         to.stops.clear();
@@ -110,6 +112,8 @@ impl<T: Real> StageSolution<T> {
         read_lane::<T, _>(&self.friction, lane, &mut to.friction);
         read_lane::<T, _>(&self.rolling, lane, &mut to.rolling);
         read_lane::<T, _>(&self.actuator, lane, &mut to.actuator);
+        to.gear.clear();
+        to.gear.extend(self.gear.iter().map(|impulse| Real::lane(*impulse, lane)));
         read_rows(&self.obstacle_friction, &stage.contacts, lane, &mut to.obstacle_friction);
         read_rows(&self.contact, &stage.contacts, lane, &mut to.contact);
         read_rows(&self.pair, &stage.pairs, lane, &mut to.pair);
@@ -126,6 +130,7 @@ impl<T: Real> StageSolution<T> {
         write_lane::<T, _>(&mut self.friction, lane, &from.friction);
         write_lane::<T, _>(&mut self.rolling, lane, &from.rolling);
         write_lane::<T, _>(&mut self.actuator, lane, &from.actuator);
+        write_lane::<T, _>(&mut self.gear, lane, &from.gear);
         write_rows(&mut self.obstacle_friction, &stage.contacts, lane, &from.obstacle_friction);
         write_rows(&mut self.contact, &stage.contacts, lane, &from.contact);
         let written = write_rows(&mut self.pair, &stage.pairs, lane, &from.pair);

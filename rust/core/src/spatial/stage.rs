@@ -22,7 +22,7 @@ use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::Real;
 use crate::robot::Axes;
 use crate::rows::{ContactRow, PairRow, Saved};
-use crate::stepping::StageStop;
+use crate::stepping::{StageMotor, StageStop};
 
 use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
 
@@ -129,6 +129,9 @@ pub struct Stage<T = f64> {
     pub joints: Vec<[StageDrive<T>; 2]>,
     /// Of the two axes of each joint in turn; empty where no joint is near a stop.
     pub stops: Vec<StageStop<T>>,
+    /// Of the same axes; empty where robots have none.
+    #[serde(default = "Vec::new")]
+    pub motors: Vec<StageMotor<T>>,
     /// Sorted by link.
     pub contacts: Vec<StageContact<T>>,
     /// Friction of each entry of `contacts`; empty where no obstacle has any.
@@ -147,6 +150,7 @@ impl<T: Real> Stage<T> {
             axes: Vec::with_capacity(links - 1),
             joints: Vec::with_capacity(links - 1),
             stops: Vec::with_capacity(2 * (links - 1)),
+            motors: Vec::new(),
             contacts: Vec::with_capacity(CONTACTS_PER_LINK * links),
             obstacle_friction: Vec::with_capacity(CONTACTS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
@@ -168,6 +172,7 @@ impl<T: Real> Stage<T> {
         self.axes.clone_from(&other.axes);
         self.joints.clone_from(&other.joints);
         self.stops.clone_from(&other.stops);
+        self.motors.clone_from(&other.motors);
         self.contacts.clone_from(&other.contacts);
         self.obstacle_friction.clone_from(&other.obstacle_friction);
         self.pairs.clone_from(&other.pairs);
@@ -224,6 +229,8 @@ pub struct StageSolution<T = f64> {
     pub actuator: Vec<[T; 2]>,
     /// Impulses of each entry of [`Stage::stops`] \[N s\].
     pub stop: Vec<[T; 2]>,
+    /// Impulse of the gear's friction of each entry of [`Stage::motors`] \[N m s\].
+    pub gear: Vec<T>,
     /// P_H of each entry of [`Stage::contacts`] \[N s\].
     pub contact: Vec<T>,
     /// P_T of each entry of [`Stage::obstacle_friction`], along its tangents \[N s\].
@@ -244,6 +251,7 @@ impl<T: Real> StageSolution<T> {
             rolling: vec![none; links],
             actuator: vec![[zero; 2]; links - 1],
             stop: Vec::with_capacity(2 * (links - 1)),
+            gear: Vec::new(),
             contact: Vec::with_capacity(CONTACTS_PER_LINK * links),
             obstacle_friction: Vec::with_capacity(CONTACTS_PER_LINK * links),
             pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
@@ -261,6 +269,7 @@ impl<T: Real> StageSolution<T> {
         self.rolling.clone_from(&other.rolling);
         self.actuator.clone_from(&other.actuator);
         self.stop.clone_from(&other.stop);
+        self.gear.clone_from(&other.gear);
         self.contact.clone_from(&other.contact);
         self.obstacle_friction.clone_from(&other.obstacle_friction);
         self.pair.clone_from(&other.pair);
@@ -293,7 +302,7 @@ impl<T: Real> StageSolution<T> {
             take(own, lanes, *theirs);
         }
         let impulses = self.contact.iter_mut().zip(&other.contact).chain(self.pair.iter_mut().zip(&other.pair));
-        for (own, theirs) in impulses {
+        for (own, theirs) in impulses.chain(self.gear.iter_mut().zip(&other.gear)) {
             take(own, lanes, *theirs);
         }
     }

@@ -103,6 +103,7 @@ fn pinched(offset: f64) -> Stage {
         links: vec![link; 2],
         joints: vec![StageJoint { drive: 0.0, stiffness: 0.1, limit: 1.0, slack: 0.0 }],
         contacts: vec![contact(1.0), contact(-1.0)],
+        motors: Vec::new(),
         stops: Vec::new(),
         obstacle_friction: Vec::new(),
         pairs: Vec::new(),

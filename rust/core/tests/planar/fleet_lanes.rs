@@ -4,7 +4,7 @@ use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{Reference, Wave};
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fleet, PlanarState, PlanarSystem, Scripted};
-use snake_core::robot::{Robot, RobotConfig};
+use snake_core::robot::{Motor, Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
 use snake_core::stepping::ImplicitConfig;
 use snake_test_support::planar::Hold;
@@ -66,6 +66,21 @@ fn so_it_is_under_input_output_linearisation() {
         (0..9).map(|k| run(&system, config, std::slice::from_mut(&mut robots(&system, 9)[k]), 1).remove(0)).collect();
     for width in [2, 9] {
         assert_eq!(run(&system, config, &mut robots(&system, 9), width), alone, "fleet made for {width} robots");
+    }
+}
+
+#[test]
+fn so_it_is_with_motors() {
+    let motor =
+        Motor { stall_torque: 3.0, no_load_speed: 2.0, rotor_inertia: 1e-3, gear_ratio: 1.0, gear_friction: 0.3 };
+    let robot = RobotConfig { motor: Some(motor), limp: vec![3], ..RobotConfig::default() };
+    let controller = ControllerConfig::default();
+    let system = PlanarSystem::new(Robot::new(&robot).unwrap(), [0.2, 0.2], controller).unwrap();
+    let config = ImplicitConfig::default();
+    let alone: Vec<PlanarState> =
+        (0..9).map(|k| run(&system, config, std::slice::from_mut(&mut robots(&system, 9)[k]), 1).remove(0)).collect();
+    for width in [2, 9] {
+        assert!(run(&system, config, &mut robots(&system, 9), width) == alone, "fleet made for {width} robots");
     }
 }
 

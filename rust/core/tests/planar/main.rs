@@ -15,6 +15,7 @@ mod impact_laws;
 mod io_control;
 mod joint_limit_laws;
 mod link_pair_geometry;
+mod motor_laws;
 mod obstacle_friction;
 mod operation_count;
 mod penetration_laws;

@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Reference, Wave};
 use snake_core::obstacles::ObstacleGrid;
-use snake_core::robot::{Robot, RobotConfig};
+use snake_core::robot::{Motor, Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of};
 use snake_core::stepping::{ImplicitConfig, RobotState};
@@ -13,9 +13,13 @@ use snake_test_support::spatial::{implicit, sidewinding, undulation};
 type CardanRobot = SpatialScripted<CardanGait>;
 
 fn system(friction: [f64; 2]) -> SpatialSystem {
+    system_of(&RobotConfig::default(), friction)
+}
+
+fn system_of(robot: &RobotConfig, friction: [f64; 2]) -> SpatialSystem {
     let scene = Scene::new(&SceneConfig { friction, ..SceneConfig::default() }).unwrap();
     let controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
-    SpatialSystem::new(Robot::new(&RobotConfig::default()).unwrap(), &scene, controller).unwrap()
+    SpatialSystem::new(Robot::new(robot).unwrap(), &scene, controller).unwrap()
 }
 
 /// Robots that differ in gait, in height above the ground, and in the number of pegs around them.
@@ -57,6 +61,18 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
                 assert_eq!(together, alone, "robot {k} in a fleet made for {width}, friction {friction:?}");
             }
         }
+    }
+}
+
+#[test]
+fn so_it_is_with_motors() {
+    let motor =
+        Motor { stall_torque: 3.0, no_load_speed: 2.0, rotor_inertia: 1e-3, gear_ratio: 1.0, gear_friction: 0.3 };
+    let system = system_of(&RobotConfig { motor: Some(motor), limp: vec![3], ..RobotConfig::default() }, [0.2, 0.2]);
+    let alone: Vec<SpatialState> =
+        (0..9).map(|k| run(&system, implicit(0.025, 2), &mut robots(&system, 9)[k..=k], 1).remove(0)).collect();
+    for width in [2, 9] {
+        assert!(run(&system, implicit(0.025, 2), &mut robots(&system, 9), width) == alone, "fleet made for {width}");
     }
 }
 

@@ -11,6 +11,7 @@ mod implicit_laws;
 mod joint_limit_laws;
 mod joints;
 mod lanes;
+mod motor_laws;
 mod obstacle_friction_laws;
 mod peg_geometry;
 mod penetration_laws;

@@ -62,12 +62,12 @@ impl CoulombFallback {
 
     /// The reference velocity without impulses.
     fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution { twist, friction, actuator, contact, obstacle_friction, pair, .. } = &mut self.trial;
+        let StageSolution { twist, friction, actuator, gear, contact, obstacle_friction, pair, .. } = &mut self.trial;
         for (twist, link) in twist.iter_mut().zip(&stage.links) {
             *twist = link.reference;
         }
         friction.iter_mut().for_each(|impulse| impulse.fill(0.0));
-        for impulses in [actuator, contact, obstacle_friction, pair] {
+        for impulses in [actuator, gear, contact, obstacle_friction, pair] {
             impulses.fill(0.0);
         }
     }

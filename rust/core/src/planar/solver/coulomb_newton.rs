@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::{Stage, StageSolution};
-use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank};
+use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank, MotorTerm};
 
 use super::coulomb_laws::{ContactLaw, GroundLaw, ObstacleFrictionLaw, PairLaw, mass_matrix};
 use super::coulomb_path::CoulombPath;
@@ -33,7 +33,10 @@ struct Link {
     ground: GroundLaw,
     /// Of the joint before the link, and its stiffness.
     actuator: ActuatorTerm<f64>,
+    motor: Option<MotorTerm<f64>>,
     stiffness: f64,
+    /// Impulse of the joint on the link \[N m s\].
+    moment: f64,
     inertia: Matrix3<f64>,
     momentum: Vector3<f64>,
     mass: f64,
@@ -48,6 +51,19 @@ struct Link {
     missing: Vector3<f64>,
     /// Constant of an elimination for another load.
     constant: f64,
+}
+
+impl Link {
+    /// Laws of the joint at its rate.
+    fn evaluate_joint(&mut self) {
+        self.stiffness = self.actuator.evaluate(LawForm::Present, self.rate);
+        self.moment = self.actuator.impulse;
+        if let Some(motor) = &mut self.motor {
+            let (impulse, stiffness) = motor.limit(self.rate, (self.moment, self.stiffness));
+            let (own, own_stiffness) = motor.evaluate(LawForm::Present, self.rate);
+            (self.actuator.impulse, self.moment, self.stiffness) = (impulse, impulse + own, stiffness + own_stiffness);
+        }
+    }
 }
 
 impl CoulombNewton {
@@ -136,12 +152,18 @@ impl CoulombNewton {
             }
             None => (solution.twist[0], 0.0, ActuatorTerm::none()),
         };
+        let motor = i.checked_sub(1).and_then(|joint| {
+            let (motor, impulse) = (stage.motors.get(joint)?, solution.gear.get(joint)?);
+            Some(MotorTerm::new(motor, *impulse, before.half_length, TUNING.penalty * before.mass))
+        });
         let inertia = mass_matrix(link);
         self.links.push(Link {
             chain,
             ground: GroundLaw::new(link, &solution.friction[i]),
             actuator,
+            motor,
             stiffness: 0.0,
+            moment: 0.0,
             inertia,
             momentum: inertia * link.reference,
             mass: link.mass,
@@ -198,7 +220,7 @@ impl CoulombNewton {
                 pair.on(i).for_each(|w| behind.load += w * pair.law.tangent(form).0);
             }
             if i > 0 {
-                behind = link.chain.eliminate(behind, link.stiffness, link.actuator.impulse);
+                behind = link.chain.eliminate(behind, link.stiffness, link.moment);
             }
         }
         behind
@@ -265,6 +287,9 @@ impl CoupledStage for CoulombNewton {
             solution.friction[i] = link.ground.impulse_in_frame();
             if i > 0 {
                 solution.actuator[i - 1] = link.actuator.impulse;
+                if let Some(motor) = &link.motor {
+                    solution.gear[i - 1] = motor.friction;
+                }
             }
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
@@ -284,6 +309,7 @@ impl CoupledStage for CoulombNewton {
 
     fn recentre(&mut self) {
         self.links.iter_mut().for_each(|link| link.ground.centre = link.ground.impulse);
+        self.links.iter_mut().filter_map(|link| link.motor.as_mut()).for_each(|motor| motor.recentre(true));
         self.contacts.iter_mut().for_each(|contact| contact.law.centre = contact.law.impulse);
         self.friction.iter_mut().for_each(|row| row.centre = row.impulse);
         self.pairs.iter_mut().for_each(|pair| pair.law.centre = pair.law.impulse);
@@ -295,7 +321,8 @@ impl CoupledStage for CoulombNewton {
             self.contacts.iter().map(|contact| &contact.law).chain(self.pairs.iter().map(|pair| &pair.law));
         let unilateral = unilateral.map(|law| (law.impulse - law.centre).abs());
         let friction = self.friction.iter().map(|row| (row.impulse - row.centre).abs());
-        ground.chain(unilateral).chain(friction).fold(0.0, f64::max)
+        let gears = self.links.iter().filter_map(|link| link.motor.as_ref()).map(MotorTerm::centre_error);
+        ground.chain(unilateral).chain(friction).chain(gears).fold(0.0, f64::max)
     }
 
     fn negligible(&self) -> f64 {
@@ -318,8 +345,8 @@ impl CoupledStage for CoulombNewton {
                 defect.add_impulse(behind.xy().push(behind.z / arm).norm(), mass);
                 break;
             }
-            link.stiffness = link.actuator.evaluate(LawForm::Present, link.rate);
-            defect.add_impulse((link.chain.hinge_moment(&behind) - link.actuator.impulse) / arm, mass);
+            link.evaluate_joint();
+            defect.add_impulse((link.chain.hinge_moment(&behind) - link.moment) / arm, mass);
             behind = link.chain.carry_force(&behind);
         }
         defect

@@ -13,7 +13,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::contact::PAIRS_PER_LINK;
 use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageLink, StageSolution};
-use crate::solver::{self, FrictionTerm, LawForm, NewtonStep, Outcome, StageProblem, Tuning};
+use crate::solver::{self, FrictionTerm, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, Tuning};
 
 use super::link_term::{LinkTerm, in_frame, linear};
 use super::obstacle_friction::ObstacleFriction;
@@ -23,10 +23,12 @@ use super::terms::{ActuatorTerm, ContactTerm, StopTerm};
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
-pub struct Newton<T = f64> {
+pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     /// Of the joint before each link but the first; empty where no joint is near a stop.
     pub(super) stops: Vec<StopTerm<T>>,
+    /// Of the same; empty where robots have none.
+    pub(super) motors: Vec<MotorTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
     pub(super) obstacle_friction: ObstacleFriction<T>,
     pub(super) self_contacts: SelfContacts<T>,
@@ -52,6 +54,7 @@ impl<T: Real> Newton<T> {
         Self {
             links: vec![LinkTerm::vacant(); links],
             stops: Vec::with_capacity(links - 1),
+            motors: Vec::new(),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             obstacle_friction: ObstacleFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
@@ -127,6 +130,11 @@ impl<T: Real> Newton<T> {
         self.stops.clear();
         for ((stop, link), impulse) in stage.stops.iter().zip(&stage.links).zip(&solution.stop) {
             self.stops.push(StopTerm::new(stop, *impulse, T::splat(TUNING.penalty) * link.mass));
+        }
+        self.motors.clear();
+        for ((motor, link), impulse) in stage.motors.iter().zip(&stage.links).zip(&solution.gear) {
+            let penalty = T::splat(TUNING.penalty) * link.mass;
+            self.motors.push(MotorTerm::new(motor, *impulse, link.half_length, penalty));
         }
         self.contacts.clear();
         for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
@@ -245,7 +253,17 @@ impl<T: Real> Newton<T> {
             (omega, change) = (link.twist.z, link.step.z);
             let expected = link.joint_stiffness.subtract_from(joint_step, link.joint_moment);
             link.joint_stiffness = link.actuator.evaluate(form, joint_rate);
-            link.joint_moment = link.actuator.impulse;
+            if i > 0
+                && let Some(motor) = self.motors.get_mut(i - 1)
+            {
+                let drive = (link.actuator.impulse, link.joint_stiffness);
+                (link.actuator.impulse, link.joint_stiffness) = motor.limit(joint_rate, drive);
+                let (moment, stiffness) = motor.evaluate(form, joint_rate);
+                link.joint_stiffness += stiffness;
+                link.joint_moment = link.actuator.impulse + moment;
+            } else {
+                link.joint_moment = link.actuator.impulse;
+            }
             if i > 0
                 && let Some(stop) = self.stops.get_mut(i - 1)
             {
@@ -273,6 +291,9 @@ impl<T: Real> Newton<T> {
         }
         for (impulse, stop) in solution.stop.iter_mut().zip(&self.stops) {
             *impulse = stop.impulse();
+        }
+        for (impulse, motor) in solution.gear.iter_mut().zip(&self.motors) {
+            *impulse = motor.friction;
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
             *impulse = contact.law.impulse;
@@ -308,6 +329,9 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         for stop in &self.stops {
             squared = squared.max(stop.squared_error());
         }
+        for motor in &self.motors {
+            squared = squared.max(motor.squared_error());
+        }
         for contact in &self.contacts {
             squared = squared.max(contact.law.squared_error());
         }
@@ -319,6 +343,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     fn stiffen(&mut self, factor: T) {
         self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
         self.stops.iter_mut().for_each(|stop| stop.stiffen(factor));
+        self.motors.iter_mut().for_each(|motor| motor.stiffen(factor));
         self.contacts.iter_mut().for_each(|contact| contact.law.stiffen(factor));
         self.obstacle_friction.stiffen(factor);
         self.self_contacts.stiffen(factor);
@@ -328,6 +353,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     fn recentre(&mut self, lanes: T::Mask) {
         self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
         self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
+        self.motors.iter_mut().for_each(|motor| motor.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
         self.obstacle_friction.recentre(lanes, &self.contacts);
         self.self_contacts.recentre(lanes);
@@ -336,7 +362,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
 
 /// [`Newton::evaluate_laws`] at the present twists. It is needed in several places, and is a function of its own to keep
 /// the code of the iteration small.
-struct EvaluateLaws<'a, T> {
+struct EvaluateLaws<'a, T: Real> {
     newton: &'a mut Newton<T>,
     form: LawForm,
 }

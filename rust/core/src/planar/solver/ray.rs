@@ -7,7 +7,7 @@ use super::link_term::linear;
 use super::newton::Newton;
 
 /// The inner function along the present step.
-struct Step<'a, T> {
+struct Step<'a, T: Real> {
     newton: &'a Newton<T>,
     /// The quadratic part: [`Newton::inertia_along`].
     inertia: [T; 2],
@@ -64,7 +64,10 @@ impl<T: Real> Ray<T> for Step<'_, T> {
         for (i, link) in newton.links.iter().enumerate() {
             add(link.friction.along(&linear(&link.start), &linear(&link.step), alpha));
             let (rate, turn) = (link.start.z - omega, link.step.z - change);
-            add(link.actuator.along(rate, turn, alpha));
+            match i.checked_sub(1).and_then(|joint| newton.motors.get(joint)) {
+                Some(motor) => add(motor.along(|rate| link.actuator.at(rate), rate, turn, alpha)),
+                None => add(link.actuator.along(rate, turn, alpha)),
+            }
             if i > 0
                 && let Some(stop) = newton.stops.get(i - 1)
             {

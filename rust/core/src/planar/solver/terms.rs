@@ -135,6 +135,12 @@ impl<T: Real> ActuatorTerm<T> {
         stiffness
     }
 
+    /// Impulse and stiffness at another rate.
+    #[inline(always)]
+    pub fn at(&self, rate: T) -> (T, T) {
+        self.law.evaluate(rate)
+    }
+
     /// First and second derivative of the law's function at omega_J + alpha change by alpha.
     #[inline(always)]
     pub fn along(&self, rate: T, change: T, alpha: T) -> (T, T) {

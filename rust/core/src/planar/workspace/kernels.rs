@@ -25,6 +25,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motion.guess.copy_from_slice(&self.motion.start_twist);
         self.drives.backlash.begin_step();
         self.stribeck.begin_step(self.motion.start_twist.iter().map(in_plane));
+        self.motors.begin_step(joint_rates(&self.motion.start_twist));
         self.closings.begin_part();
         self.self_contacts.begin_step();
     }
@@ -52,6 +53,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         if self.drives.backlash.is_any {
             self.drives.backlash.extrapolate(to_reference);
         }
+        self.motors.extrapolate(joint_rates(&self.result.twist));
         if self.stribeck.is_any {
             self.stribeck.extrapolate(self.result.twist.iter().map(in_plane));
         }
@@ -128,8 +130,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         let StageResult { energy, stage_energy, .. } = &mut self.result;
         energy.select_into(solved, stage_energy);
         if self.drives.backlash.is_any {
-            let rates = self.result.twist.windows(2).map(|u| u[1].z - u[0].z);
-            let axes = self.stage.joints.iter().zip(rates).map(|(joint, rate)| {
+            let axes = self.stage.joints.iter().zip(joint_rates(&self.result.twist)).map(|(joint, rate)| {
                 let StageJoint { drive, stiffness, slack, .. } = *joint;
                 MovedAxis { drive, stiffness, slack, rate }
             });
@@ -153,6 +154,12 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             if self.has_obstacles { self.bound(&self.result.end, &self.motion.predicted) } else { T::zero() };
         self.result.plausible = is_plausible(&self.result.end, &self.result.twist);
     }
+}
+
+/// Rates of all joints of links with these twists.
+#[inline(always)]
+fn joint_rates<T: Real>(twist: &[Vector3<T>]) -> impl Iterator<Item = T> + '_ {
+    twist.windows(2).map(|u| u[1].z - u[0].z)
 }
 
 /// Velocity of a link's CG.
@@ -274,6 +281,7 @@ impl<T: Real> Workspace<T> {
         for (impulse, torque) in self.solution.actuator.iter_mut().zip(&self.actuator_torque) {
             *impulse = *torque * c;
         }
+        self.motors.fill(c, &mut self.stage.motors, &mut self.solution.gear);
         let bends = self.motion.start_pose.windows(2).zip(self.motion.base.windows(2));
         let angles = bends.map(|(start, base)| (start[1].z - start[0].z, base[1].z - base[0].z));
         self.joint_stops.fill(angles, c, self.motion.elapsed, &mut self.stage.stops, &mut self.solution.stop);
@@ -286,8 +294,8 @@ impl<T: Real> Workspace<T> {
             force.x = T::select(lanes, impulse.x * per_second, force.x);
             force.y = T::select(lanes, impulse.y * per_second, force.y);
         }
-        let rates = self.motion.guess.windows(2).zip(self.solution.twist.windows(2));
-        let rates = rates.map(|(expected, u)| (expected[1].z - expected[0].z, u[1].z - u[0].z));
+        self.motors.store(self.stage.coefficient, &self.solution.gear, lanes);
+        let rates = joint_rates(&self.motion.guess).zip(joint_rates(&self.solution.twist));
         self.joint_stops.arrive(self.bend());
         self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
     }

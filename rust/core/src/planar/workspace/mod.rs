@@ -14,7 +14,7 @@ use crate::planar::{Newton, PlanarSystem, Stage, StageSolution};
 use crate::robot::Link;
 use crate::stepping::lanes::{Lanes, NO_LANES};
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closings, EnergyLedger, JointStops, StribeckBounds};
+use crate::stepping::{Closings, EnergyLedger, JointStops, Motors, StribeckBounds};
 
 use super::contacts::Contacts;
 use super::lane_fallback::LaneFallback;
@@ -44,6 +44,7 @@ pub struct Workspace<T: Real> {
     pub contacts: Contacts,
     pub self_contacts: SelfContactDetection<T>,
     pub joint_stops: JointStops<T>,
+    pub motors: Motors<T>,
     pub closings: Closings,
     /// Forces of the last stage.
     pub friction_force: Vec<Vector2<T>>,
@@ -115,6 +116,7 @@ impl<T: Real> Workspace<T> {
             contacts: Contacts::with_capacity(links, T::LANES),
             self_contacts: SelfContactDetection::new(&system.robot),
             joint_stops: JointStops::new(&system.robot, 1),
+            motors: Motors::new(&system.robot, 1),
             closings: Closings::none(),
             friction_force: vec![Vector2::new(zero, zero); links],
             actuator_torque: vec![zero; links - 1],

@@ -86,6 +86,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         read_lane::<T, _>(&self.result.twist, lane, &mut body.state.twist);
         self.drives.backlash.save(lane, &mut body.warm_start.backlash);
         self.joint_stops.save(lane, &mut body.warm_start.joint_stops);
+        self.motors.save(lane, &mut body.warm_start.gear_friction);
         body.is_plausible &= self.result.plausible.lane(lane);
         // Without obstacles in the register the motion is not bounded.
         if !body.obstacles.is_empty() {

@@ -3,7 +3,7 @@
 use nalgebra::{LU, Matrix6, U6, Vector6};
 
 use crate::laws::Backlash;
-use crate::solver::{CoulombForm, CoupledStage, Defect};
+use crate::solver::{CoulombForm, CoupledStage, Defect, LawForm, MotorTerm};
 use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageSolution, hinge_directions};
 
@@ -31,7 +31,12 @@ pub struct CoulombNewton {
 pub(super) struct Link {
     pub chain: ChainLink,
     pub laws: GroundLaws,
-    pub actuators: [Backlash; 2],
+    actuators: [Backlash; 2],
+    motors: [Option<MotorTerm<f64>>; 2],
+    /// Impulse of each actuator, impulse and stiffness of the whole axis.
+    drive: [f64; 2],
+    pub moment: [f64; 2],
+    stiffness: [f64; 2],
     mass_matrix: Matrix6<f64>,
     momentum: Vector6<f64>,
     mass: f64,
@@ -45,6 +50,22 @@ pub(super) struct Link {
     pub step_rates: [f64; 2],
     /// Imbalance of the link.
     pub missing: Vector6<f64>,
+}
+
+impl Link {
+    /// Laws of the joint's axes at their rates.
+    fn evaluate_axes(&mut self) {
+        for axis in 0..2 {
+            let rate = self.rates[axis];
+            let (mut drive, mut own) = (self.actuators[axis].evaluate(rate), (0.0, 0.0));
+            if let Some(motor) = &mut self.motors[axis] {
+                drive = motor.limit(rate, drive);
+                own = motor.evaluate(LawForm::Present, rate);
+            }
+            self.drive[axis] = drive.0;
+            (self.moment[axis], self.stiffness[axis]) = (drive.0 + own.0, drive.1 + own.1);
+        }
+    }
 }
 
 impl CoulombNewton {
@@ -72,10 +93,19 @@ impl CoulombNewton {
             }
             None => (stacked(&solution.twist[0]), [0.0; 2], [Backlash::none(); 2]),
         };
+        let motors = [0, 1].map(|axis| {
+            let axis = (2 * i + axis).checked_sub(2)?;
+            let (motor, impulse) = (stage.motors.get(axis)?, solution.gear.get(axis)?);
+            Some(MotorTerm::new(motor, *impulse, before.half_length, PENALTY * before.mass))
+        });
         Link {
             chain,
             laws: GroundLaws::new(stage, solution, i),
             actuators,
+            motors,
+            drive: [0.0; 2],
+            moment: [0.0; 2],
+            stiffness: [0.0; 2],
             mass_matrix: mass_matrix(link),
             momentum: stacked(&link.momentum),
             mass: link.mass,
@@ -118,6 +148,7 @@ impl CoupledStage for CoulombNewton {
 
     fn recentre(&mut self) {
         self.links.iter_mut().for_each(|link| link.laws.centre = link.laws.impulse);
+        self.links.iter_mut().flat_map(|link| &mut link.motors).flatten().for_each(|motor| motor.recentre(true));
         self.contacts.iter_mut().for_each(|contact| contact.law.centre = contact.law.impulse);
         self.obstacle_friction.iter_mut().for_each(|friction| friction.centre = friction.impulse);
         self.pairs.recentre();
@@ -127,7 +158,8 @@ impl CoupledStage for CoulombNewton {
         let ground = self.links.iter().map(|link| (link.laws.impulse - link.laws.centre).amax());
         let contacts = self.contacts.iter().map(|contact| (contact.law.impulse - contact.law.centre).abs());
         let friction = self.obstacle_friction.iter().map(|friction| (friction.impulse - friction.centre).amax());
-        ground.chain(contacts).chain(friction).fold(self.pairs.centre_error(), f64::max)
+        let gears = self.links.iter().flat_map(|link| &link.motors).flatten().map(MotorTerm::centre_error);
+        ground.chain(contacts).chain(friction).chain(gears).fold(self.pairs.centre_error(), f64::max)
     }
 
     fn negligible(&self) -> f64 {
@@ -168,7 +200,7 @@ impl CoupledStage for CoulombNewton {
                 links[link].missing -= direction * pair.law.impulse;
             }
         }
-        for (i, link) in links.iter().enumerate().rev() {
+        for (i, link) in links.iter_mut().enumerate().rev() {
             behind += link.missing;
             let (mass, arm) = (link.mass, link.half_length);
             if i == 0 {
@@ -177,8 +209,9 @@ impl CoupledStage for CoulombNewton {
                 defect.add(squared / mass, squared.sqrt() / mass);
                 break;
             }
+            link.evaluate_axes();
             for (axis, moment) in link.chain.hinge_moments(&behind) {
-                let missing = (moment - link.actuators[axis].evaluate(link.rates[axis]).0) / arm;
+                let missing = (moment - link.moment[axis]) / arm;
                 defect.add_impulse(missing, mass);
             }
             behind = link.chain.carry_force(&behind);
@@ -212,8 +245,7 @@ impl CoupledStage for CoulombNewton {
                 }
             }
             if i > 0 {
-                let [yaw, pitch] = [0, 1].map(|axis| link.actuators[axis].evaluate(link.rates[axis]));
-                behind = link.chain.eliminate(behind, [yaw.1, pitch.1], [yaw.0, pitch.0]);
+                behind = link.chain.eliminate(behind, link.stiffness, link.moment);
             }
         }
         let head = behind.matrix.lu();
@@ -257,7 +289,12 @@ impl CoupledStage for CoulombNewton {
             link.laws.write(solution, i);
             if i > 0 {
                 solution.rate[i - 1] = link.rates;
-                solution.actuator[i - 1] = [0, 1].map(|axis| link.actuators[axis].evaluate(link.rates[axis]).0);
+                solution.actuator[i - 1] = link.drive;
+                for (axis, motor) in link.motors.iter().enumerate() {
+                    if let Some(motor) = motor {
+                        solution.gear[2 * (i - 1) + axis] = motor.friction;
+                    }
+                }
             }
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {

@@ -178,13 +178,15 @@ impl Attempt {
 
     /// Free motion without impulses.
     fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution { twist, normal, friction, rolling, contact, obstacle_friction, pair, .. } = &mut self.trial;
+        let StageSolution { twist, normal, friction, rolling, gear, contact, obstacle_friction, pair, .. } =
+            &mut self.trial;
         for (twist, link) in twist.iter_mut().zip(&stage.links) {
             *twist = free_twist(link);
         }
         normal.fill([0.0; 2]);
         friction.fill([Vector2::zeros(); 2]);
         rolling.fill(Vector2::zeros());
+        gear.fill(0.0);
         contact.fill(0.0);
         obstacle_friction.fill(Vector2::zeros());
         pair.fill(0.0);

@@ -105,8 +105,8 @@ impl CoulombNewton {
     /// Derivative of the convex function along the step \[J\].
     fn slope(&self) -> f64 {
         let of_link = |(i, link): (usize, &super::coulomb_newton::Link)| {
-            let drives = [0, 1].map(|axis| link.actuators[axis].evaluate(link.rates[axis]).0 * link.step_rates[axis]);
-            let driven = if i > 0 { drives[0] + drives[1] } else { 0.0 };
+            let [yaw, pitch] = [0, 1].map(|axis| link.moment[axis] * link.step_rates[axis]);
+            let driven = if i > 0 { yaw + pitch } else { 0.0 };
             link.step.dot(&link.missing) - driven
         };
         self.links.iter().enumerate().map(of_link).sum()

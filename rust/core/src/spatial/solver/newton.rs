@@ -21,7 +21,7 @@
 use nalgebra::Vector2;
 
 use crate::math::{Mask, Real};
-use crate::solver::Outcome;
+use crate::solver::{MotorTerm, Outcome};
 
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, LinkTerm};
@@ -40,6 +40,8 @@ pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     /// Of the axes of the joints in turn; empty where no joint is near a stop.
     pub(super) stops: Vec<StopTerm<T>>,
+    /// Of the same axes; empty where robots have none.
+    pub(super) motors: Vec<MotorTerm<T>>,
     pub(super) contacts: Vec<ObstacleTerm<T>>,
     pub(super) obstacle_friction: ObstacleFriction<T>,
     pub(super) self_contacts: SelfContacts<T>,
@@ -70,6 +72,7 @@ impl<T: Real> Newton<T> {
         Self {
             links: Vec::with_capacity(links),
             stops: Vec::with_capacity(2 * (links - 1)),
+            motors: Vec::new(),
             contacts: Vec::with_capacity(CONTACTS_PER_LINK * links),
             obstacle_friction: ObstacleFriction::new(links),
             self_contacts: SelfContacts::new(links),
@@ -124,6 +127,7 @@ impl<T: Real> Newton<T> {
             }
         }
         self.stops.iter_mut().for_each(StopTerm::release);
+        self.motors.iter_mut().for_each(MotorTerm::release);
         for contact in &mut self.contacts {
             contact.normal.release();
         }
@@ -151,6 +155,10 @@ impl<T: Real> Newton<T> {
         self.stops.clear();
         for (stop, impulse) in stage.stops.iter().zip(&solution.stop) {
             self.stops.push(StopTerm::new(stop, penalty, impulse));
+        }
+        self.motors.clear();
+        for (axis, (motor, impulse)) in stage.motors.iter().zip(&solution.gear).enumerate() {
+            self.motors.push(MotorTerm::new(motor, *impulse, stage.links[axis / 2].half_length, penalty).held());
         }
         self.contacts.clear();
         for (contact, impulse) in stage.contacts.iter().zip(&solution.contact) {
@@ -282,6 +290,12 @@ impl<T: Real> Newton<T> {
                 break;
             }
             let mut axes = [link.actuators[0].evaluate(link.rates[0]), link.actuators[1].evaluate(link.rates[1])];
+            if let Some(motors) = self.motors.get_mut(2 * (i - 1)..2 * i) {
+                for (k, motor) in motors.iter_mut().enumerate() {
+                    link.actuators[k].add_motor(motor, &mut axes[k], link.rates[k], recentred);
+                    squared_error = squared_error.max(motor.squared_error() * self.laws.penalty * self.laws.penalty);
+                }
+            }
             if let Some(stops) = self.stops.get_mut(2 * (i - 1)..2 * i) {
                 for ((stop, axis), rate) in stops.iter_mut().zip(&mut axes).zip(link.rates) {
                     stop.add_to(axis, rate, recentred);
@@ -354,6 +368,7 @@ impl<T: Real> Newton<T> {
             }
         }
         self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
+        self.motors.iter_mut().for_each(|motor| motor.recentre(lanes));
         for contact in &mut self.contacts {
             contact.normal.recentre(lanes);
         }
@@ -379,6 +394,9 @@ impl<T: Real> Newton<T> {
         }
         for (impulse, stop) in solution.stop.iter_mut().zip(&self.stops) {
             *impulse = stop.impulse();
+        }
+        for (impulse, motor) in solution.gear.iter_mut().zip(&self.motors) {
+            *impulse = motor.friction;
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
             *impulse = contact.normal.value;

@@ -41,8 +41,13 @@ impl<T: Real> Ray<T> for Step<'_, T> {
         for (i, link) in newton.links.iter().enumerate() {
             add(&mut slope, &mut curvature, link.ground_along(laws, alpha));
             for axis in 0..2 {
-                let actuator = link.actuators[axis].along(link.rates[axis], link.step_rates[axis], alpha);
-                add(&mut slope, &mut curvature, actuator);
+                let (actuator, rate, change) = (&link.actuators[axis], link.rates[axis], link.step_rates[axis]);
+                let motor = (2 * i + axis).checked_sub(2).and_then(|axis| newton.motors.get(axis));
+                let driven = match motor {
+                    Some(motor) => motor.along(|rate| actuator.at(rate), rate, change, alpha),
+                    None => actuator.along(rate, change, alpha),
+                };
+                add(&mut slope, &mut curvature, driven);
                 if i > 0
                     && let Some(stop) = newton.stops.get(2 * (i - 1) + axis)
                 {

@@ -8,6 +8,7 @@ use nalgebra::Vector2;
 
 use crate::laws::{Backlash, HalfLine, LimitedActuator};
 use crate::math::{Mask, Real};
+use crate::solver::{LawForm, MotorTerm};
 use crate::stepping::StageStop;
 
 use super::sweep::ActuatorModel;
@@ -158,6 +159,22 @@ impl<T: Real> ActuatorTerm<T> {
         let (impulse, stiffness) = self.law.evaluate(rate);
         self.impulse = impulse;
         ActuatorModel { stiffness, impulse }
+    }
+
+    /// Keeps the drive, last evaluated at the same rate, within the motor's line, and adds what the motor gives besides; its
+    /// multiplier moves in the lanes `recentred`.
+    #[inline(always)]
+    pub fn add_motor(&mut self, motor: &mut MotorTerm<T>, axis: &mut ActuatorModel<T>, rate: T, recentred: T::Mask) {
+        (self.impulse, axis.stiffness) = motor.limit(rate, (self.impulse, axis.stiffness));
+        let (own, stiffness) = motor.evaluate(LawForm::Present, rate);
+        axis.impulse = self.impulse + own + motor.recentre_here(rate, recentred);
+        axis.stiffness += stiffness;
+    }
+
+    /// Impulse and stiffness at another rate.
+    #[inline(always)]
+    pub fn at(&self, rate: T) -> (T, T) {
+        self.law.evaluate(rate)
     }
 
     /// First and second derivative of the law's function at rate + alpha change by alpha.

@@ -29,6 +29,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.closings.begin_part();
         self.self_contacts.begin_step();
         self.drives.backlash.begin_step();
+        self.motors.begin_step(self.motion.start_velocity.rate.iter().flatten().copied());
         if self.stribeck.is_any {
             self.motion.start_velocity.twists(&self.motion.start_frames, &self.motion.shape, &mut self.motion.expected);
             let slips = slips(&self.stage.links, &self.motion.start_frames, &self.motion.expected);
@@ -47,6 +48,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         if self.drives.backlash.is_any {
             self.drives.backlash.extrapolate(T::splat(EXTRAPOLATION));
         }
+        self.motors.extrapolate(end.rate.iter().flatten().copied());
         if self.stribeck.is_any {
             end.twists(&self.motion.frames, &self.motion.shape, &mut self.motion.expected);
             self.stribeck.extrapolate(slips(&self.stage.links, &self.motion.frames, &self.motion.expected));
@@ -88,6 +90,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             friction[i] = [impulse(front, c), impulse(rear, c)];
             rolling[i] = impulse(&self.forces.rolling[i], c);
         }
+        self.motors.fill(c, &mut self.stage.motors, &mut self.solution.gear);
         let angles = self.motion.start.angle.iter().flatten().zip(self.motion.base.angle.iter().flatten());
         let angles = angles.map(|(start, base)| (*start, *base));
         self.joint_stops.fill(angles, c, self.motion.elapsed, &mut self.stage.stops, &mut self.solution.stop);
@@ -112,6 +115,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             }
             select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
         }
+        self.motors.store(self.stage.coefficient, &self.solution.gear, lanes);
         self.joint_stops.arrive(self.bend(&self.solution.rate));
         let rates = self.motion.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
         let rates = rates.map(|(expected, rate)| (*expected, *rate));

@@ -21,6 +21,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
         self.stribeck.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
+        self.motors.load(|lane| (parameters(lane).torque_limit, &members.body(lane).warm_start.gear_friction));
         for lane in 0..T::LANES {
             let state = &members.body(lane).warm_start;
             self.motion.start.set_lane(lane, &state.configuration);

@@ -18,7 +18,7 @@ use crate::spatial::{
     StageSolution,
 };
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closings, EnergyLedger, JointStops, StribeckBounds};
+use crate::stepping::{Closings, EnergyLedger, JointStops, Motors, StribeckBounds};
 
 use super::chain_state::GroundForces;
 use super::lane_fallback::LaneFallback;
@@ -52,6 +52,7 @@ pub struct Workspace<T: Real> {
     /// Of the present stage.
     pub supports: Vec<Support>,
     joint_stops: JointStops<T>,
+    motors: Motors<T>,
     pub closings: Closings,
     /// Forces of the last stage.
     pub forces: GroundForces<T>,
@@ -112,6 +113,7 @@ impl<T: Real> Workspace<T> {
             known: std::array::from_fn(|_| ContactMemory::with_capacity(8 * links)),
             supports: Vec::with_capacity(2 * links * T::LANES),
             joint_stops: JointStops::new(&system.robot, 2),
+            motors: Motors::new(&system.robot, 2),
             closings: Closings::none(),
             forces: GroundForces::none(links),
             stage: empty_stage(system),

@@ -125,6 +125,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.result.kept.end.read_lane(lane, &mut state.velocity);
         self.drives.backlash.save(lane, &mut state.backlash);
         self.joint_stops.save(lane, &mut state.joint_stops);
+        self.motors.save(lane, &mut state.gear_friction);
         read_lane::<T, _>(&self.result.kept.momentum, lane, &mut state.momentum);
         self.keep_forces(lane, state);
         state.end_step();

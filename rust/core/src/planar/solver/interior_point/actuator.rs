@@ -1,27 +1,32 @@
 use crate::planar::{Stage, StageJoint};
+use crate::solver::MotorTerm;
+use crate::stepping::StageMotor;
 
 use super::actuator_bounds::ActuatorBounds;
 
-/// The law of a joint's actuator, or one of its two halves, as a bounded linear law.
+/// A bounded linear law of a joint's rate.
 ///
-/// With backlash, `clamp(shrink(y, slack), limit) = clamp(y - slack, 0, limit) + clamp(y + slack, -limit, 0)`: one
-/// half for either end of the play. Each becomes symmetric by half its limit, which the other half takes back.
+/// The law of an actuator falls from one bound to the other in straight pieces: one without backlash and motor, one at
+/// either end of the play, one on each line of a motor. It is the sum of the bounded linear laws of the pieces, each
+/// symmetric about its middle, and of the mean of both ends. The friction of a gear is one more, whose piece is steep.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BoundedActuator {
     pub joint: usize,
     pub law: StageJoint,
+    /// Added to the law \[N m s\].
+    mean: f64,
     pub bounds: ActuatorBounds,
 }
 
 impl BoundedActuator {
-    fn new(joint: usize, law: StageJoint) -> Self {
-        Self { joint, law, bounds: ActuatorBounds::default() }
+    fn new(joint: usize, law: StageJoint, mean: f64) -> Self {
+        Self { joint, law, mean, bounds: ActuatorBounds::default() }
     }
 
     /// (impulse after the direction's change at constant rate, -change of the impulse per change of rate).
     pub fn linearised(&self, rate: f64) -> (f64, f64) {
         let (change, stiffness) = self.bounds.linearised(&self.law, rate);
-        (self.bounds.impulse(&self.law) + change, stiffness)
+        (self.mean + self.bounds.impulse(&self.law) + change, stiffness)
     }
 
     /// Updates the pairs to the joint's rate and its change.
@@ -31,9 +36,23 @@ impl BoundedActuator {
     }
 }
 
-/// Whether a joint's law is not linear.
-pub(super) fn is_bounded(joint: &StageJoint) -> bool {
-    joint.stiffness > 0.0 && (joint.limit.is_finite() || joint.slack > 0.0)
+/// Whether the law of a joint's actuator is not linear.
+pub(super) fn is_bounded(stage: &Stage, joint: usize) -> bool {
+    let StageJoint { stiffness, limit, slack, .. } = stage.joints[joint];
+    falls(stage.motors.get(joint)) || (stiffness > 0.0 && (limit.is_finite() || slack > 0.0))
+}
+
+/// The impulse of a joint's actuator at a rate.
+pub(super) fn actuator_impulse(joint: &StageJoint, motor: Option<&StageMotor>, rate: f64) -> f64 {
+    let tight = joint.drive - joint.stiffness * rate;
+    let loose = tight - tight.clamp(-joint.slack, joint.slack);
+    let impulse = loose.clamp(-joint.limit, joint.limit);
+    motor.map_or(impulse, |motor| MotorTerm::new(motor, 0.0, 1.0, 1.0).limit(rate, (impulse, 0.0)).0)
+}
+
+/// The friction of a motor's gear in front of a link of this inertia.
+pub(super) fn gear(motor: &StageMotor, inertia: f64) -> StageJoint {
+    StageJoint { drive: 0.0, stiffness: STIFFEST_GEAR * inertia, limit: motor.friction, slack: 0.0 }
 }
 
 /// Lists the bounded actuators of a stage; `energy` is the stage's.
@@ -41,19 +60,56 @@ pub(super) fn list_bounded_actuators(stage: &Stage, energy: f64, actuators: &mut
     actuators.clear();
     let least = stage.links.iter().map(|link| link.inertia).fold(f64::INFINITY, f64::min);
     let fastest = FAR * (2.0 * energy / least).sqrt();
-    for (j, joint) in stage.joints.iter().enumerate().filter(|(_, joint)| is_bounded(joint)) {
-        if joint.slack == 0.0 {
-            actuators.push(BoundedActuator::new(j, *joint));
+    for (j, joint) in stage.joints.iter().enumerate() {
+        let motor = stage.motors.get(j);
+        if let Some(motor) = motor.filter(|motor| motor.friction > 0.0) {
+            actuators.push(BoundedActuator::new(j, gear(motor, stage.links[j].inertia), 0.0));
+        }
+        if !is_bounded(stage, j) {
             continue;
         }
-        // A half needs a limit: where the actuator has none, one that the stage's energy does not reach.
+        if joint.slack == 0.0 && !falls(motor) {
+            actuators.push(BoundedActuator::new(j, *joint, 0.0));
+            continue;
+        }
+        // Pieces need ends: where the actuator has no limit, one that the stage's energy does not reach.
         let limit = joint.limit.min(joint.drive.abs() + joint.slack + joint.stiffness * fastest);
-        for side in [-1.0, 1.0] {
-            let drive = joint.drive + side * (joint.slack + 0.5 * limit);
-            actuators.push(BoundedActuator::new(j, StageJoint { drive, limit: 0.5 * limit, slack: 0.0, ..*joint }));
+        list_pieces(j, &StageJoint { limit, ..*joint }, motor.filter(|motor| falls(Some(motor))), actuators);
+    }
+}
+
+fn falls(motor: Option<&StageMotor>) -> bool {
+    motor.is_some_and(|motor| motor.fall > 0.0)
+}
+
+/// Lists the straight pieces of one law.
+fn list_pieces(j: usize, joint: &StageJoint, motor: Option<&StageMotor>, actuators: &mut Vec<BoundedActuator>) {
+    let StageJoint { drive, stiffness, limit, slack } = *joint;
+    // Rates at which the law may bend.
+    let mut rates: Vec<f64> = [-limit - slack, -slack, slack, limit + slack].map(|y| (drive - y) / stiffness).to_vec();
+    if let Some(&StageMotor { stall, fall, .. }) = motor {
+        let line = [(stall - limit) / fall, stall / fall];
+        rates.extend(line.into_iter().chain(line.map(|rate| -rate)));
+        rates.extend([drive - slack - stall, drive + slack + stall].map(|drive| drive / (stiffness - fall)));
+    }
+    rates.retain(|rate| rate.is_finite());
+    rates.sort_unstable_by(f64::total_cmp);
+    let impulse = |rate: f64| actuator_impulse(joint, motor, rate);
+    let mut mean =
+        rates.first().zip(rates.last()).map_or(0.0, |(first, last)| 0.5 * (impulse(*first) + impulse(*last)));
+    for ends in rates.windows(2) {
+        let (width, drop) = (ends[1] - ends[0], impulse(ends[0]) - impulse(ends[1]));
+        if width > 0.0 && drop > 0.0 {
+            let slope = drop / width;
+            let middle = 0.5 * (ends[0] + ends[1]);
+            let law = StageJoint { drive: slope * middle, stiffness: slope, limit: 0.5 * drop, slack: 0.0 };
+            actuators.push(BoundedActuator::new(j, law, std::mem::take(&mut mean)));
         }
     }
 }
 
 /// Bound on the rate of a joint, in rates that would take all of the stage's energy.
 const FAR: f64 = 10.0;
+
+/// Stiffness of a gear that sticks, in inertias of the link before.
+const STIFFEST_GEAR: f64 = 1e9;

@@ -16,7 +16,7 @@ mod pair;
 
 use nalgebra::Vector3;
 
-use self::actuator::{BoundedActuator, is_bounded, list_bounded_actuators};
+use self::actuator::{BoundedActuator, actuator_impulse, gear, is_bounded, list_bounded_actuators};
 use self::actuator_bounds::ActuatorBounds;
 use self::contact::Contact;
 use self::disc::Disc;
@@ -25,7 +25,7 @@ use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::solver::link_term::in_frame;
 use crate::planar::solver::low_rank::{Coupling, LowRank, coupling_of, respond};
 use crate::planar::solver::sweep::{Quadratic, Segment};
-use crate::planar::{Stage, StageLink, StageSolution};
+use crate::planar::{Stage, StageJoint, StageLink, StageSolution};
 use crate::rows::Row;
 use crate::solver::EliminatedChain;
 
@@ -144,7 +144,7 @@ impl InteriorPoint {
         for ((disc, link), u) in self.friction.iter_mut().zip(&stage.links).zip(twist) {
             disc.begin(link, u, mu);
         }
-        for BoundedActuator { joint, law, bounds } in &mut self.actuators {
+        for BoundedActuator { joint, law, bounds, .. } in &mut self.actuators {
             *bounds = ActuatorBounds::begin(law, twist[*joint + 1].z - twist[*joint].z, mu);
         }
         for (soft, contact) in self.contact.iter_mut().zip(&stage.contacts) {
@@ -195,10 +195,13 @@ impl InteriorPoint {
             self.models[i] = model;
         }
         self.stiffness.fill(0.0);
-        for (j, joint) in stage.joints.iter().enumerate().filter(|(_, joint)| !is_bounded(joint)) {
+        for (j, joint) in stage.joints.iter().enumerate().filter(|(j, _)| !is_bounded(stage, *j)) {
             let rate = twist[j + 1].z - twist[j].z;
             let impulse = (joint.drive - joint.stiffness * rate).clamp(-joint.limit, joint.limit);
             self.add_actuator(j, impulse, joint.stiffness);
+        }
+        for (j, motor) in stage.motors.iter().enumerate() {
+            self.add_actuator(j, motor.rotor_impulse(twist[j + 1].z - twist[j].z), motor.inertia);
         }
         for k in 0..self.actuators.len() {
             let j = self.actuators[k].joint;
@@ -338,9 +341,12 @@ impl InteriorPoint {
         }
         for (j, joint) in stage.joints.iter().enumerate() {
             let rate = solution.twist[j + 1].z - solution.twist[j].z;
-            let tight = joint.drive - joint.stiffness * rate;
-            let loose = tight - tight.clamp(-joint.slack, joint.slack);
-            solution.actuator[j] = loose.clamp(-joint.limit, joint.limit);
+            let motor = stage.motors.get(j);
+            solution.actuator[j] = actuator_impulse(joint, motor, rate);
+            if let Some(motor) = motor {
+                let StageJoint { stiffness, limit, .. } = gear(motor, stage.links[j].inertia);
+                solution.gear[j] = (-stiffness * rate).clamp(-limit, limit);
+            }
         }
         for (impulse, (soft, contact)) in solution.contact.iter_mut().zip(self.contact.iter().zip(&stage.contacts)) {
             *impulse = soft.impulse(stage.links[contact.link].mass);

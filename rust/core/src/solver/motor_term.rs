@@ -1,0 +1,117 @@
+use crate::math::{Mask, Real};
+use crate::stepping::StageMotor;
+
+use super::LawForm;
+
+/// The motor of one joint axis: the drive within its torque-speed line, and the inertia of its rotor, both single-valued;
+/// and the friction of its gear in proximal form, P = clamp(centre - r phi', +-b).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MotorTerm<T: Real> {
+    motor: StageMotor<T>,
+    /// From rates to velocities \[m\].
+    lever: T,
+    /// r \[N m s^2\], and the present slope of the friction.
+    penalty: T,
+    slope: T,
+    centre: T,
+    /// Whether the gear counts as sticking whatever its rate.
+    held: T::Mask,
+    /// P \[N m s\].
+    pub friction: T,
+}
+
+impl<T: Real> MotorTerm<T> {
+    /// `penalty` is the stiffness of sticking at the lever \[kg\], `impulse` the friction that is expected.
+    #[inline(always)]
+    pub fn new(motor: &StageMotor<T>, impulse: T, lever: T, penalty: T) -> Self {
+        let centre = impulse.min(motor.friction).max(-motor.friction);
+        Self {
+            motor: *motor,
+            lever,
+            penalty: penalty * lever * lever,
+            slope: T::zero(),
+            centre,
+            held: T::Mask::of(|_| false),
+            friction: centre,
+        }
+    }
+
+    /// The same, sticking where it is expected to until [`Self::release`].
+    #[inline(always)]
+    pub fn held(self) -> Self {
+        Self { held: self.centre.abs().lt(self.motor.friction), ..self }
+    }
+
+    #[inline(always)]
+    pub fn release(&mut self) {
+        self.held = T::Mask::of(|_| false);
+    }
+
+    /// Impulse and stiffness of a drive with the given ones at a rate.
+    #[inline(always)]
+    pub fn limit(&self, rate: T, (impulse, stiffness): (T, T)) -> (T, T) {
+        let (zero, loss) = (T::zero(), self.motor.fall * rate);
+        let (upper, lower) = (self.motor.stall - loss, self.motor.stall + loss);
+        let (most, least) = (upper.max(zero), -(lower.max(zero)));
+        let (above, below) = (most.lt(impulse), impulse.lt(least));
+        let falls = (above & zero.lt(upper)) | (below & zero.lt(lower));
+        let on_line = T::select(falls, self.motor.fall, zero);
+        (impulse.min(most).max(least), T::select(above | below, on_line, stiffness))
+    }
+
+    /// Moves to a rate. Returns the impulse of inertia and friction, and their stiffness.
+    #[inline(always)]
+    pub fn evaluate(&mut self, form: LawForm, rate: T) -> (T, T) {
+        let (bound, wanted) = (self.motor.friction, self.centre - self.penalty * rate);
+        let (sticks, slides) = match form {
+            LawForm::Present => (self.held | wanted.abs().lt(bound), wanted.min(bound).max(-bound)),
+            LawForm::LastBranch => (self.centre.abs().lt(bound), self.centre),
+        };
+        self.slope = T::select(sticks, self.penalty, T::zero());
+        self.friction = T::select(sticks, wanted, slides);
+        (self.friction + self.motor.rotor_impulse(rate), self.slope + self.motor.inertia)
+    }
+
+    /// First and second derivative by alpha of the laws' function at rate + alpha change, `drive` without the line among
+    /// them.
+    #[inline(always)]
+    pub fn along(&self, drive: impl FnOnce(T) -> (T, T), rate: T, change: T, alpha: T) -> (T, T) {
+        let there = rate + alpha * change;
+        let (impulse, stiffness) = self.limit(there, drive(there));
+        let (own, own_stiffness) = { *self }.evaluate(LawForm::Present, there);
+        (-(impulse + own) * change, (stiffness + own_stiffness) * change * change)
+    }
+
+    /// Square of the velocity by which the friction's law is violated.
+    #[inline(always)]
+    pub fn squared_error(&self) -> T {
+        let violation = (self.friction - self.centre) * self.lever / self.penalty;
+        violation * violation
+    }
+
+    /// How far the friction is from its centre, as an impulse at the lever \[N s\].
+    #[inline(always)]
+    pub fn centre_error(&self) -> T {
+        (self.friction - self.centre).abs() / self.lever
+    }
+
+    #[inline(always)]
+    pub fn stiffen(&mut self, factor: T) {
+        self.penalty = self.penalty * factor;
+    }
+
+    #[inline(always)]
+    pub fn recentre(&mut self, lanes: T::Mask) {
+        self.centre = T::select(lanes, self.friction, self.centre);
+    }
+
+    /// The same, and the friction becomes what it will then be at the rate of the last evaluation, on the same branch.
+    /// Returns its change.
+    #[inline(always)]
+    pub fn recentre_here(&mut self, rate: T, lanes: T::Mask) -> T {
+        self.recentre(lanes);
+        let change = T::select(lanes, -(self.slope * rate), T::zero());
+        self.friction = self.friction + change;
+        change
+    }
+}
