@@ -48,6 +48,8 @@ ARGUMENTS = {
     "privileged": "whether the observation ends with `privileged_...` blocks, for critics: what a robot cannot sense",
     "observation_noise": "amplitudes of uniform noise on blocks of the observation, by name and in their units, >= 0",
     "observation_delay": "delays of blocks of the observation, by name [s], in whole control periods, at most 100",
+    "energy": 'what `energy` and `cost_of_transport` count: "mechanical", the positive work of the actuators, or '
+    '"electrical", what motors draw; it needs `robot.motor`',
     "termination": "which events end an episode: `is_success`, `left_corridor`",
     "friction": "of the task's ground: Coulomb coefficients along and across a link, >= 0; null: its own, (0.2, 0.5) "
     'for "maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',

@@ -58,6 +58,7 @@ class TaskOptions(TypedDict, total=False):
     privileged: bool
     observation_noise: Mapping[str, float]
     observation_delay: Mapping[str, float]
+    energy: str
     termination: Mapping[str, bool]
     friction: tuple[float, float] | None
     stribeck: Stribeck | Mapping[str, float]

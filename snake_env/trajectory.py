@@ -29,7 +29,7 @@ class Trajectory:
         angle: (T, n) absolute link angles [rad]; in the spatial model the yaw of each centre line, in (-pi, pi].
         joint_angle: (T, n - 1) [rad]; (T, n - 1, 2) in the spatial model, yaw and pitch, which lowers the links behind
             its joint, other than that of a :class:`snake_env.Start`; (T, a) where the robot has ``axes`` of its own, as
-            ``axes`` lists them. The same holds of ``joint_torque``, ``joint_rate`` and ``actuator_power``.
+            ``axes`` lists them. The same holds of ``joint_torque``, ``joint_rate`` and powers.
         joint_torque: (T, n - 1) actuator torques of the last step [N m]: planar tau_C of (T 3.51), which acts on the
             link before the joint; minimal model tau of (T 7.8), which drives the joint angle up. Spatial model:
             (T, n - 1, 2), tau_C of (T 4.89), yaw and pitch.
@@ -72,6 +72,9 @@ class Trajectory:
         actuator_power: (T, n - 1) power of each actuator [W]; (T, n - 1, 2) in the spatial model ("power").
         friction_power: (T,) power of all friction, that of rolling and at obstacles included, never positive [W]
             ("power").
+        motor_power: (T, n - 1) mechanical power of each motor, mean since the last sample [W]; (T, n - 1, 2) in the
+            spatial model; of robots with a :class:`Motor`.
+        electrical_power: the same with the heat in the motors [W].
     """
 
     time: Array
@@ -101,6 +104,8 @@ class Trajectory:
     pair_force: Array | None = None
     actuator_power: Array | None = None
     friction_power: Array | None = None
+    motor_power: Array | None = None
+    electrical_power: Array | None = None
 
     @property
     def axes(self) -> list[tuple[int, Any]]:

@@ -9,6 +9,7 @@ from snake_env.config.controllers import PD, IOLinearizing
 from snake_env.config.gait import Gait
 from snake_env.config.integrator import Integrator
 from snake_env.config.joint_trajectory import JointTrajectory
+from snake_env.config.motor import Motor
 from snake_env.config.noise import Noise
 from snake_env.config.randomization import Randomization
 from snake_env.config.robot import PerLink, Robot
@@ -21,6 +22,7 @@ __all__ = [
     "IOLinearizing",
     "Integrator",
     "JointTrajectory",
+    "Motor",
     "Noise",
     "PerLink",
     "Randomization",

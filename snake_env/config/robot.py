@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -10,7 +10,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env.config.motor import Motor
 from snake_env.config.section import DEGREE, Section, core_defaults, deprecated_alias
+from snake_env.errors import ConfigError
 
 PerLink = float | Sequence[float]
 AxisName = Literal["both", "yaw", "pitch", "roll"]
@@ -23,8 +25,8 @@ _AIKO = core_defaults("robot")
 class Robot(Section):
     """A chain of rigid links; the default is Aiko (T Table 7.1).
 
-    Every quantity except ``links``, ``gravity``, ``backlash``, ``self_contact``, ``joint_limit``, ``axes``, ``locked``
-    and ``limp`` is a number for all links or a sequence, one per link.
+    Every quantity except ``links``, ``gravity``, ``backlash``, ``self_contact``, ``joint_limit``, ``axes``, ``motor``,
+    ``locked`` and ``limp`` is a number for all links or a sequence, one per link.
 
     Args:
         links: number of links n >= 2.
@@ -52,6 +54,8 @@ class Robot(Section):
             method "implicit" only.
         backlash: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
+        motor: what drives every axis that is neither locked nor limp; None: whatever torque the controller asks for, at
+            any rate. With the method "implicit" only, not in the minimal model.
         locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``: springs of 1e9 N m/rad
             hold them within 1e-9 rad per N m whatever their torque, with neither play nor torque limit, and without
             drift. With the method "implicit", set-valued friction and :class:`PD` only. In environments actions do not
@@ -73,8 +77,16 @@ class Robot(Section):
     self_contact: bool | None = _AIKO.self_contact
     joint_limit: float | Sequence[float | Sequence[float]] | None = _AIKO.joint_limit
     axes: AxisName | Sequence[AxisName | Sequence[float]] = _AIKO.axes
+    motor: Motor | None = None
     locked: Sequence[int] = _AIKO.locked
     limp: Sequence[int] = _AIKO.limp
+
+    def __post_init__(self) -> None:
+        if isinstance(self.motor, Mapping):
+            object.__setattr__(self, "motor", Motor.of(self.motor, "robot.motor"))
+        if not isinstance(self.motor, Motor | None):
+            raise ConfigError("robot.motor", repr(self.motor), "a snake_env.Motor, or None")
+        super().__post_init__()
 
     @property
     def joint_axes(self) -> list[tuple[int, AxisName | tuple[float, ...]]]:
@@ -102,8 +114,8 @@ class Robot(Section):
     def aiko(cls, **changes: Any) -> Robot:
         """Aiko as it was built: (T Table 7.1) and joints with 4 degrees of backlash (T 7.5.4); keywords replace these.
 
-        Not in the minimal model. Its 10 references per second are ``simulate(reference_rate=10)``, its motors
-        :meth:`PD.aiko`.
+        Not in the minimal model. Its 10 references per second are ``simulate(reference_rate=10)``, its controllers
+        :meth:`PD.aiko`, its motors :meth:`Motor.aiko`.
         """
         return cls(**({"backlash": 4 * DEGREE} | changes))
 

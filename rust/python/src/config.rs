@@ -11,7 +11,7 @@ use snake_core::environment::{EnvConfig, Randomization};
 use snake_core::laws::Stribeck;
 use snake_core::noise::NoiseConfig;
 use snake_core::obstacles::Obstacle;
-use snake_core::robot::{Robot, RobotConfig};
+use snake_core::robot::{Motor, Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::stepping::ImplicitConfig;
 use snake_thesis::{IntegratorConfig, ThesisConfig};
@@ -30,6 +30,7 @@ use crate::start::StartConfig;
 pub fn check(section: &str, config: &Bound<'_, PyAny>) -> PyResult<()> {
     let outcome = match section {
         "robot" => read::<RobotConfig>(section, config).and_then(|c| Robot::new(&c).map(drop)),
+        "motor" => read::<Motor>(section, config).and_then(|c| c.validate()),
         "obstacle" => read::<Obstacle>(section, config).and_then(|c| c.validate()),
         "scene" => read::<SceneConfig>(section, config).and_then(|c| Scene::new(&c).map(drop)),
         "stribeck" => read::<Stribeck>(section, config).and_then(|c| c.validate()),

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::Deserialize;
 use snake_core::robot::Axes;
-use snake_core::stepping::Record;
+use snake_core::stepping::{Record, StageRecord};
 
 use crate::samples::Samples;
 
@@ -21,6 +21,17 @@ pub enum Recorded {
     SelfContacts,
     /// Power of actuators and friction.
     Power,
+    /// Power of motors: every run of a robot that has some.
+    #[serde(skip)]
+    Motors,
+}
+
+impl Layout {
+    /// Of two values for each joint, those of the axes that it has.
+    fn of_axes(&self, values: impl Iterator<Item = [f64; 2]>) -> impl Iterator<Item = f64> {
+        let joints = self.axes.iter().zip(values);
+        joints.flat_map(|(axes, values)| (0..2).filter(|axis| axes.has(*axis)).map(move |axis| values[axis]))
+    }
 }
 
 impl Recorded {
@@ -84,10 +95,18 @@ pub fn write_means(
                 samples.put("pair_force", &shape, force.map(|impulse| impulse * per_second));
             }
             Recorded::Power => {
-                let joints = layout.axes.iter().zip(&record.sum.actuator_work);
-                let work = joints.flat_map(|(axes, work)| (0..2).filter(|axis| axes.has(*axis)).map(|axis| work[axis]));
-                samples.put("actuator_power", &layout.joint_shape, work.map(|work| work * per_second));
+                let work = record.sum.actuator_work.iter().copied();
+                samples.put("actuator_power", &layout.joint_shape, layout.of_axes(work).map(|work| work * per_second));
                 samples.put("friction_power", &[], [sums.friction_work * per_second]);
+            }
+            Recorded::Motors => {
+                let StageRecord { actuator_work, motor_heat, .. } = &record.sum;
+                let input =
+                    actuator_work.iter().zip(motor_heat).map(|(work, heat)| [work[0] + heat[0], work[1] + heat[1]]);
+                for (name, energy) in [("motor_power", actuator_work.clone()), ("electrical_power", input.collect())] {
+                    let power = layout.of_axes(energy.into_iter()).map(|energy| energy * per_second);
+                    samples.put(name, &layout.joint_shape, power);
+                }
             }
         }
     }

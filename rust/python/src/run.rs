@@ -94,15 +94,21 @@ impl RunConfig {
             match group {
                 Recorded::Obstacles => Feature::Pegs.require(self.on(), true, &field, "\"obstacles\"")?,
                 Recorded::SelfContacts => Feature::SelfContact.require(self.on(), true, &field, "\"self_contacts\"")?,
-                Recorded::Velocity | Recorded::Ground | Recorded::Power => {}
+                Recorded::Velocity | Recorded::Ground | Recorded::Power | Recorded::Motors => {}
             }
         }
         Ok(())
     }
 
+    /// The groups of columns that the trajectory has besides those of every run.
+    pub fn recorded(&self) -> Vec<Recorded> {
+        let motors = self.robot.motor.map(|_| Recorded::Motors);
+        self.record.iter().copied().chain(motors).collect()
+    }
+
     /// Whether the schemes have to sum something up for what is recorded.
     pub fn is_summed(&self) -> bool {
-        self.record.iter().any(|group| group.is_summed())
+        self.recorded().into_iter().any(Recorded::is_summed)
     }
 
     pub fn scene(&self) -> SceneConfig {
@@ -243,9 +249,9 @@ pub trait Scripted {
 /// # Errors
 /// A duration is not admissible; the robot diverged; a signal handler raised.
 fn sampled<R: Scripted>(robot: R, config: &RunConfig) -> Result<Samples, CoreError> {
-    let RunConfig { duration, sample, ref record, .. } = *config;
+    let RunConfig { duration, sample, .. } = *config;
     let count = count_samples(duration, sample)?;
-    let mut run = Run { robot, sample, record };
+    let mut run = Run { robot, sample, record: config.recorded() };
     let mut samples = Samples::default();
     run.write(0.0, 0.0, &Interval::new(&run.robot), &mut samples);
     let bytes = MOST_COPIES * samples.bytes() * count as f64;
@@ -257,13 +263,13 @@ fn sampled<R: Scripted>(robot: R, config: &RunConfig) -> Result<Samples, CoreErr
     Ok(samples)
 }
 
-struct Run<'a, R> {
+struct Run<R> {
     robot: R,
     sample: f64,
-    record: &'a [Recorded],
+    record: Vec<Recorded>,
 }
 
-impl<R: Scripted> Run<'_, R> {
+impl<R: Scripted> Run<R> {
     /// Moves on by one sample interval.
     fn advance(&mut self) -> Result<Interval, CoreError> {
         let mut interval = Interval::new(&self.robot);
@@ -303,7 +309,7 @@ impl<R: Scripted> Run<'_, R> {
         if let Some(record) = self.robot.record_mut() {
             let Interval { obstacle_impulse, friction_work, .. } = interval;
             let sums = Sums { obstacle_impulse, friction_work: *friction_work };
-            write_means(record, self.record, &layout, &sums, length, samples);
+            write_means(record, &self.record, &layout, &sums, length, samples);
         }
         samples.max_joint_gap = samples.max_joint_gap.max(interval.joint_gap);
         samples.max_penetration = samples.max_penetration.max(interval.penetration);

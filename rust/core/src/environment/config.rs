@@ -141,6 +141,8 @@ pub struct EnvConfig {
     pub observation_noise: BTreeMap<String, f64>,
     /// Delays of the blocks of the observation, by name \[s\].
     pub observation_delay: BTreeMap<String, f64>,
+    /// What the energy and the cost of transport count.
+    pub energy: Energy,
     /// What ends an episode.
     pub termination: Termination,
     /// Of the task's ground: friction coefficients along and across a link; `None`: the task's own.
@@ -155,6 +157,17 @@ pub struct EnvConfig {
     pub reward_weights: RewardWeights,
     /// Scale of the random start pose and phase in \[0, 1\]; zero: always the same start.
     pub start_jitter: f64,
+}
+
+/// What the energy of an episode counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Energy {
+    /// The positive work of the actuators.
+    #[default]
+    Mechanical,
+    /// What the motors draw.
+    Electrical,
 }
 
 /// Which events end an episode.
@@ -198,6 +211,7 @@ impl Default for EnvConfig {
             privileged: false,
             observation_noise: BTreeMap::new(),
             observation_delay: BTreeMap::new(),
+            energy: Energy::default(),
             termination: Termination::default(),
             friction: None,
             stribeck: Stribeck::default(),
@@ -315,6 +329,9 @@ impl EnvConfig {
         let held = treatment != Treatment::Implicit;
         Feature::HeldTorques.require(on, held, "controller.treatment", treatment)?;
         self.validate_torques()?;
+        let is_drawn = self.energy == Energy::Electrical;
+        let expected = "\"mechanical\" where robot.motor is None";
+        require(!is_drawn || self.robot.motor.is_some(), "energy", "\"electrical\"", expected)?;
         let (play, law, drawn) = (self.robot.backlash, self.controller.law, self.randomization.backlash);
         let is_tight = self.robot.motor.as_ref().is_none_or(|motor| !motor.needs_tight_gear());
         require(is_tight || drawn[1] == 0.0, "randomization.backlash", format!("{drawn:?}"), NO_PLAY)?;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::stepping::StepStatistics;
 
-use super::config::{EnvConfig, Termination};
+use super::config::{Energy, EnvConfig, Termination};
 use super::goal::{Goal, Target};
 use super::motion::{Motion, wrap_angle};
 use super::reward::{RewardTerms, RewardWeights, Transition};
@@ -20,6 +20,8 @@ pub struct Rules {
     /// Weight m g of the robot \[N\].
     pub robot_weight: f64,
     pub weights: RewardWeights,
+    /// What `energy` counts.
+    pub counts: Energy,
     pub termination: Termination,
 }
 
@@ -31,6 +33,7 @@ impl Rules {
             corridor_half_width: config.corridor_half_width,
             robot_weight,
             weights: config.reward_weights,
+            counts: config.energy,
             termination: config.termination,
         }
     }
@@ -45,7 +48,7 @@ pub struct Episode {
     mass: f64,
     /// Motion at the last control instant.
     pub motion: Motion,
-    /// Positive actuator work so far \[J\].
+    /// Energy so far \[J\].
     energy: f64,
     /// Steps in a row in which the CG was slow, and all steps that counted as jammed.
     slow_steps: u32,
@@ -83,8 +86,13 @@ impl Episode {
             Vector2::new(cos, sin) * (speed * rules.period)
         });
         let progress = self.goal.advance(self.motion.position, motion.position);
-        let work = if report.diverged { 0.0 } else { report.positive_actuator_work };
-        self.energy += work;
+        let Rules { period, counts, .. } = *rules;
+        let works = [report.positive_actuator_work, report.actuator_work, report.electrical_work];
+        let [work, net_work, drawn] = if report.diverged { [0.0; 3] } else { works };
+        self.energy += match counts {
+            Energy::Mechanical => work,
+            Energy::Electrical => drawn,
+        };
         self.note_speed(rules, moved.norm() / rules.period);
         let before = std::mem::replace(&mut self.motion, motion);
         let reached = !report.diverged && self.distance() >= self.goal.span();
@@ -105,6 +113,8 @@ impl Episode {
             term_values,
             progress,
             positive_work: work,
+            motor_power: net_work / period,
+            electrical_power: drawn / period,
             is_success: reached || self.summary.is_success,
             contacts,
             residual: report.residual,

@@ -37,6 +37,8 @@ pub struct Summary {
     pub term_values: [f64; TERM_COUNT],
     pub progress: f64,
     pub positive_work: f64,
+    pub motor_power: f64,
+    pub electrical_power: f64,
     pub distance: f64,
     pub lateral_offset: f64,
     pub heading_error: f64,
@@ -73,13 +75,20 @@ pub const SIGNALS: &[Signal<Summary>] = &[
     float("positive_work", "J", "actuator work of this step: max(torque x rate, 0) over joint axes and time", |s| {
         s.positive_work
     }),
+    float("motor_power", "W", "mechanical power of all actuators together, mean over this step", |s| s.motor_power),
+    float("electrical_power", "W", "what motors draw, heat included; 0 without `Motor`", |s| s.electrical_power),
     float("distance", "m", "distance of the CG towards the goal, gained since the start", |s| s.distance),
     float("lateral_offset", "m", "CG to the left of the centre line, or of the straight way to the goal point", |s| {
         s.lateral_offset
     }),
     float("heading_error", "rad", "angle from the goal direction to the body direction", |s| s.heading_error),
     float("speed", "m/s", "distance over time since the start", |s| s.speed),
-    float("energy", "J", "`positive_work` of all steps since the start", |s| s.energy),
+    float(
+        "energy",
+        "J",
+        "`positive_work` of all steps since the start; with `energy=\"electrical\"` what motors drew",
+        |s| s.energy,
+    ),
     float("cost_of_transport", "1", "`energy` over weight times absolute `distance`, at least 0.01 m", |s| {
         s.cost_of_transport
     }),

@@ -19,10 +19,7 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         work.friction += *impulse * (twist[j + 1].z - twist[j].z);
     }
     for (j, impulse) in actuator.iter().enumerate() {
-        let rate = twist[j + 1].z - twist[j].z;
-        let done = *impulse * rate;
-        work.actuator += done;
-        work.positive_actuator += done.max(T::zero());
+        work.add_drive(*impulse, twist[j + 1].z - twist[j].z, stage.motors.get(j));
     }
     work
 }

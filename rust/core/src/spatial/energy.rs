@@ -23,11 +23,9 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
     for (rate, gear) in solution.rate.iter().flatten().zip(&solution.gear) {
         total.friction += *gear * *rate;
     }
-    for (rate, drive) in solution.rate.iter().zip(&solution.actuator) {
+    for (j, (rate, drive)) in solution.rate.iter().zip(&solution.actuator).enumerate() {
         for axis in 0..2 {
-            let work = drive[axis] * rate[axis];
-            total.actuator += work;
-            total.positive_actuator += work.max(T::zero());
+            total.add_drive(drive[axis], rate[axis], stage.motors.get(2 * j + axis));
         }
     }
     total

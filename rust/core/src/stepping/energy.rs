@@ -2,6 +2,8 @@
 
 use crate::math::Real;
 
+use super::StageMotor;
+
 /// Work of friction and of the actuators over a stage \[J\].
 #[derive(Debug, Clone, Copy)]
 pub struct EnergyLedger<T> {
@@ -10,11 +12,14 @@ pub struct EnergyLedger<T> {
     pub actuator: T,
     /// Without the energy that actuators absorb.
     pub positive_actuator: T,
+    /// What motors draw, heat included; none where they would give energy back.
+    pub electrical: T,
 }
 
 impl<T: Real> EnergyLedger<T> {
     pub fn zero() -> Self {
-        Self { friction: T::zero(), actuator: T::zero(), positive_actuator: T::zero() }
+        let zero = T::zero();
+        Self { friction: zero, actuator: zero, positive_actuator: zero, electrical: zero }
     }
 
     /// Copies other work in the given lanes.
@@ -23,5 +28,17 @@ impl<T: Real> EnergyLedger<T> {
         self.friction = T::select(lanes, other.friction, self.friction);
         self.actuator = T::select(lanes, other.actuator, self.actuator);
         self.positive_actuator = T::select(lanes, other.positive_actuator, self.positive_actuator);
+        self.electrical = T::select(lanes, other.electrical, self.electrical);
+    }
+
+    /// Adds the work of the actuator of a joint axis, and what its motor draws if it has one.
+    #[inline(always)]
+    pub fn add_drive(&mut self, impulse: T, rate: T, motor: Option<&StageMotor<T>>) {
+        let work = impulse * rate;
+        self.actuator += work;
+        self.positive_actuator += work.max(T::zero());
+        if let Some(motor) = motor {
+            self.electrical += (work + motor.heat(impulse)).max(T::zero());
+        }
     }
 }

@@ -44,6 +44,13 @@ impl<T: Real> StageMotor<T> {
         Self { stall: T::splat(f64::INFINITY), fall: zero, friction: zero, inertia: zero, reference: zero }
     }
 
+    /// Heat of an ideal DC motor that gives an impulse, `c torque^2 omega_0 / stall torque`, over the stage \[J\].
+    #[inline(always)]
+    pub fn heat(&self, impulse: T) -> T {
+        let zero = T::zero();
+        T::select(zero.lt(self.fall), impulse * impulse / self.fall, zero)
+    }
+
     /// Impulse of the inertia at a rate.
     #[inline(always)]
     pub fn rotor_impulse(&self, rate: T) -> T {

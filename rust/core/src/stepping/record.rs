@@ -25,11 +25,14 @@ pub struct StageRecord {
     pub ground: Vec<[Vector3<f64>; 2]>,
     /// Of each joint, axis by axis \[J\].
     pub actuator_work: Vec<[f64; 2]>,
+    /// Heat in the motors, alike \[J\].
+    pub motor_heat: Vec<[f64; 2]>,
 }
 
 impl StageRecord {
     fn new(links: usize) -> Self {
-        Self { ground: vec![[Vector3::zeros(); 2]; links], actuator_work: vec![[0.0; 2]; links - 1] }
+        let none = vec![[0.0; 2]; links - 1];
+        Self { ground: vec![[Vector3::zeros(); 2]; links], actuator_work: none.clone(), motor_heat: none }
     }
 
     /// Adds `other`, `weight` times.
@@ -37,14 +40,16 @@ impl StageRecord {
         for (sum, other) in self.ground.iter_mut().flatten().zip(other.ground.iter().flatten()) {
             *sum += other * weight;
         }
-        for (sum, other) in self.actuator_work.iter_mut().flatten().zip(other.actuator_work.iter().flatten()) {
-            *sum += other * weight;
+        let pairs = self.actuator_work.iter_mut().zip(&other.actuator_work);
+        for (sum, other) in pairs.chain(self.motor_heat.iter_mut().zip(&other.motor_heat)) {
+            sum.iter_mut().zip(other).for_each(|(sum, other)| *sum += other * weight);
         }
     }
 
     fn clear(&mut self) {
         self.ground.fill([Vector3::zeros(); 2]);
         self.actuator_work.fill([0.0; 2]);
+        self.motor_heat.fill([0.0; 2]);
     }
 }
 

@@ -30,6 +30,8 @@ pub struct StepStatistics {
     pub actuator_work: f64,
     /// Work of the actuators without what they absorb, joint by joint \[J\].
     pub positive_actuator_work: f64,
+    /// Energy that motors draw, see [`EnergyLedger`]; zero without motors \[J\].
+    pub electrical_work: f64,
     /// The state became implausible; the robot keeps its last plausible state.
     pub diverged: bool,
     /// A link ended a step more than 1 mm inside what it touches, and no shorter step avoided it.
@@ -39,7 +41,8 @@ pub struct StepStatistics {
 impl StepStatistics {
     /// Resets the work; the counters stay.
     pub fn clear_work(&mut self) {
-        (self.friction_work, self.actuator_work, self.positive_actuator_work) = (0.0, 0.0, 0.0);
+        (self.friction_work, self.actuator_work) = (0.0, 0.0);
+        (self.positive_actuator_work, self.electrical_work) = (0.0, 0.0);
     }
 
     /// Adds the work of one lane of a stage, taken `weight` times.
@@ -47,6 +50,7 @@ impl StepStatistics {
         self.friction_work += weight * energy.friction.lane(lane);
         self.actuator_work += weight * energy.actuator.lane(lane);
         self.positive_actuator_work += weight * energy.positive_actuator.lane(lane);
+        self.electrical_work += weight * energy.electrical.lane(lane);
     }
 
     /// Counts a stage that the fallback took over after `iterations` of Newton's method.

@@ -78,8 +78,9 @@ impl<'py> Deserializer<'py> {
 }
 
 /// Sections of the configuration with a class of their own: name in the core, name in messages, classes of `snake_env`.
-const SECTIONS: [(&str, &str, &str); 9] = [
+const SECTIONS: [(&str, &str, &str); 10] = [
     ("RobotConfig", "robot", "Robot"),
+    ("Motor", "motor", "Motor"),
     ("SceneConfig", "scene", "Scene"),
     ("Stribeck", "stribeck", "Stribeck"),
     ("GaitConfig", "gait", "Gait"),

@@ -149,7 +149,7 @@ impl Implicit {
     /// Adds the last stage, `weight` times, to what the run records.
     fn record_stage(&mut self, statistics: &mut StepStatistics, weight: f64) {
         let Self { stage, solution, record: Some(record), .. } = self else { return };
-        let StageRecord { ground, actuator_work } = &mut record.sum;
+        let StageRecord { ground, actuator_work, .. } = &mut record.sum;
         for (i, link) in stage.links.iter().enumerate() {
             for (point, slip) in link.slip(&solution.twist[i]).into_iter().enumerate() {
                 let impulse = (solution.friction[i][point] - link.viscous.component_mul(&slip)) * weight;

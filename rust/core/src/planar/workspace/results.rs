@@ -56,6 +56,9 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         for (j, (work, impulse)) in record.actuator_work.iter_mut().zip(actuator).enumerate() {
             work[0] = impulse.lane(lane) * (twist[j + 1].z.lane(lane) - twist[j].z.lane(lane));
         }
+        for ((heat, motor), impulse) in record.motor_heat.iter_mut().zip(&self.stage.motors).zip(actuator) {
+            heat[0] = motor.heat(*impulse).lane(lane);
+        }
     }
 
     fn kept_energy(&self) -> &EnergyLedger<T> {

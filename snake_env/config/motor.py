@@ -1,0 +1,56 @@
+"""The motor of a joint axis."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from snake_env.config.section import Section
+
+
+@dataclass(frozen=True)
+class Motor(Section):
+    """A motor with its gear, the same on every joint axis that is neither locked nor limp.
+
+    Driving, it gives at most ``stall_torque (1 - |rate| / no_load_speed)``, beyond the no-load speed nothing; braking,
+    it gives up to ``stall_torque``; and never more than the controller's ``torque_limit``. It is an ideal DC motor, whose
+    electrical power is the mechanical one and the heat ``torque^2 no_load_speed / stall_torque``. Rotor and gear are
+    felt at the joint: the rotor's inertia, times ``gear_ratio^2``, resists changes of the joint's rate, and the friction
+    of the gear its motion, as Coulomb's law with a constant bound: a gear of more friction than a load does not turn
+    back.
+
+    Args:
+        stall_torque: torque at the joint when it does not turn [N m], > 0.
+        no_load_speed: rate of the joint at which the motor gives no torque any more [rad/s], > 0.
+        rotor_inertia: moment of inertia of the rotor, before the gear [kg m^2], >= 0.
+        gear_friction: torque at the joint that the friction of the gear resists with [N m], >= 0. With rotor inertia or
+            gear friction a robot has no backlash.
+        gear_ratio: turns of the rotor in one of the joint, > 0.
+    """
+
+    _section = "motor"
+
+    stall_torque: float
+    no_load_speed: float
+    rotor_inertia: float = 0.0
+    gear_friction: float = 0.0
+    gear_ratio: float = 1.0
+
+    @classmethod
+    def aiko(cls, **changes: Any) -> Motor:
+        """A motor of 6 W, of which Aiko has two in every cardan joint (T 7.4); keywords replace these values.
+
+        Assumed: 6 W is the largest mechanical power, a quarter of stall torque times no-load speed, and the stall torque
+        is the 5 N m of :meth:`PD.aiko`. That gives 4.8 rad/s. Rotor and gear are not known and left out.
+        """
+        return cls(**({"stall_torque": 5.0, "no_load_speed": 4.8} | changes))
+
+    @classmethod
+    def xh430(cls, **changes: Any) -> Motor:
+        """ROBOTIS DYNAMIXEL XH430-W350 at 12 V; keywords replace these values.
+
+        From its e-manual: stall torque 3.4 N m, no-load speed 30 rev/min, gear ratio 353.5. Assumed: the torque falls
+        linearly, from the stall torque on. Inertia of the rotor and friction of the gear are not published and left out.
+        """
+        return cls(**({"stall_torque": 3.4, "no_load_speed": 30 * math.tau / 60, "gear_ratio": 353.5} | changes))
