@@ -27,7 +27,8 @@ YAML = (".yaml", ".yml")
 
 BROKEN = (
     *(AttributeError, EOFError, ImportError, IndexError, KeyError, MemoryError, OSError, OverflowError, RuntimeError),
-    *(TypeError, ValueError, lzma.LZMAError, pickle.UnpicklingError, struct.error, zipfile.BadZipFile, zlib.error),
+    *(SyntaxError, TypeError, ValueError, lzma.LZMAError, pickle.UnpicklingError, struct.error),
+    *(zipfile.BadZipFile, zlib.error),
 )
 """What readers of files raise about broken ones."""
 

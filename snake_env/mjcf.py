@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env._native import simulate
-from snake_env.config.robot import per_link
+from snake_env.config.robot import LOCK_STIFFNESS, per_link
 from snake_env.errors import ConfigError
 from snake_env.obstacles import Circle, Obstacle, Segment, outlines
 
@@ -41,7 +41,7 @@ SOLID, LINK = "1", "2"
 
 def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait: Gait, step: float) -> str:
     """The document; see :meth:`snake_env.Scene.to_mjcf`."""
-    _require_supported(scene)
+    _require_supported(scene, robot, controller)
     place, orientation, posture = _pose(scene, robot, start, gait)
     root = Element("mujoco", model="snake_env")
     _add(root, "compiler", angle="radian")
@@ -69,18 +69,21 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
         _add_obstacle(world, meshes, obstacle, name, (-HEIGHT, HEIGHT if height is None else height - LID), contact)
         if height is not None:
             _add_obstacle(world, meshes, obstacle, f"{name}_top", (height - LID, height), ground)
-    _add_chain(world, robot, place)
-    actuators = _add(root, "actuator")
-    for joint, axis in robot.joint_axes:
-        name = _hinge(joint, axis)["name"]
-        _add(actuators, "position", name=name, joint=name, **_servo(controller))
-    key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *posture.ravel()))
-    key.set("ctrl", _text(tuple(posture.ravel())))
+    angles = posture.ravel().tolist()
+    _add_chain(world, robot, place, angles, step)
+    actuators, references = _add(root, "actuator"), []
+    for (joint, axis), angle in zip(robot.joint_axes, angles, strict=True):
+        if joint not in (*robot.locked, *robot.limp):
+            name = _hinge(joint, axis)["name"]
+            _add(actuators, "position", name=name, joint=name, **_servo(controller))
+            references.append(angle)
+    key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *angles))
+    key.set("ctrl", _text(tuple(references)))
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _require_supported(scene: Scene) -> None:
+def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
     """MuJoCo's frame of a contact turns with the capsule on a plane, but not on the cylinder or mesh of a top face."""
     has_top = any(isinstance(obstacle, Obstacle) and obstacle.height is not None for obstacle in scene.obstacles)
     if has_top and scene.friction[0] != scene.friction[1]:
@@ -89,6 +92,13 @@ def _require_supported(scene: Scene) -> None:
         )
     if scene.stribeck.drop or any(scene.viscous):
         raise ConfigError("scene", "friction that depends on speed", "only Coulomb friction for MuJoCo")
+    for field, value, expected in (
+        ("robot.backlash", robot.backlash, 0.0),
+        ("controller.active_from", controller.active_from, 0.0),
+        ("controller.treatment", controller.treatment, "implicit"),
+    ):
+        if value != expected:
+            raise ConfigError(field, repr(value), f"{expected!r} for MuJoCo")
 
 
 def _gravity(scene: Scene, robot: Robot) -> tuple[float, float, float]:
@@ -142,7 +152,7 @@ def _add_obstacle(
     _add(world, "geom", name=name, type="mesh", mesh=name, **contact)
 
 
-def _add_chain(world: Element, robot: Robot, place: tuple[float, ...]) -> None:
+def _add_chain(world: Element, robot: Robot, place: tuple[float, ...], angles: list[float], step: float) -> None:
     """Nested bodies, x along the links and z up, with the origin at the CG of link 1 and at the joints."""
     count = robot.links
     length, half, radius, mass, inertia, roll = (
@@ -166,13 +176,19 @@ def _add_chain(world: Element, robot: Robot, place: tuple[float, ...]) -> None:
             _add(body, "freejoint", name="root")
         else:
             limit = _limit(robot, i - 1)
-            for joint, axis in robot.joint_axes:
+            for (joint, axis), angle in zip(robot.joint_axes, angles, strict=True):
                 if joint == i - 1:
-                    _add(body, "joint", **_hinge(joint, axis), type="hinge", **limit)
+                    lock = _lock(angle, step) if joint in robot.locked else {}
+                    _add(body, "joint", **_hinge(joint, axis), type="hinge", **limit, **lock)
         centre = 0.0 if i == 0 else 0.5 * length[i]
         _add(body, "inertial", pos=(centre, 0.0, 0.0), mass=mass[i], diaginertia=(roll[i], inertia[i], inertia[i]))
         ends = (centre - half[i], 0.0, 0.0, centre + half[i], 0.0, 0.0)
         _add(body, "geom", name=f"link_{i + 1}", type="capsule", fromto=ends, size=(radius[i],), **contact)
+
+
+def _lock(angle: float, step: float) -> dict[str, Any]:
+    """A spring whose damping, which MuJoCo takes at the end of the step, puts it there too: K q + h K q'."""
+    return {"stiffness": LOCK_STIFFNESS, "springref": angle, "damping": LOCK_STIFFNESS * step}
 
 
 def _limit(robot: Robot, joint: int) -> dict[str, Any]:

@@ -19,6 +19,9 @@ AxisName = Literal["both", "yaw", "pitch", "roll"]
 
 _AIKO = core_defaults("robot")
 
+LOCK_STIFFNESS = 1e9
+"""Of the springs in locked joints [N m/rad]."""
+
 
 @deprecated_alias("free_play", "backlash")
 @dataclass(frozen=True)
@@ -154,7 +157,9 @@ class Robot(Section):
         cardan joint. Hinges that turn the other way round than yaw and pitch are vectors, which waves bend the other
         way; ``axes`` may name them, with angles of opposite sign. The length of a link at an end is such that its CG is
         in the middle. Radius and contact half length are those of the capsule around the one capsule, cylinder or
-        sphere of a link that collides. ``self_contact`` is False where no two links can collide.
+        sphere of a link that collides. ``self_contact`` is False where no two links can collide. Joints that no
+        actuator drives are limp, unless none is driven; those with springs of 1e9 N m/rad, as
+        :meth:`Scene.to_mjcf` writes them, are locked.
 
         Gains and torque limits belong to :class:`PD`, friction to :class:`Scene`; neither is read.
 

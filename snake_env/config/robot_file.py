@@ -5,8 +5,10 @@ from __future__ import annotations
 import warnings
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 from snake_env import _checks
 from snake_env._documents import reading, require_size
 from snake_env._extras import extras
-from snake_env.config.robot import UNIT_AXES
+from snake_env.config.robot import LOCK_STIFFNESS, UNIT_AXES
 from snake_env.errors import ConfigError
 
 Array = NDArray[np.float64]
@@ -24,6 +26,9 @@ ROUNDED = 1e-4
 
 POINT = 1e-6
 """Distance of joints that are in one point [m]."""
+
+LARGEST_LIMIT = 3.13
+"""Of joints in the spatial model [rad], whose angles lie in (-pi, pi]."""
 
 JOINTS = (0, 1)
 """Types of transmission to a joint: mjTRN_JOINT, mjTRN_JOINTINPARENT."""
@@ -60,13 +65,16 @@ class _Chain:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # about its own simulation of the model
                 self.model = spec.compile()
-        self.file, self.tolerance = Path(path).name, tolerance
+        self.path, self.file, self.tolerance = path, Path(path).name, tolerance
         self._require_rigid_bodies()
         self._place_bodies()
         self.supports: list[int] = []
         self.links = self._merge_cardans(self._links())
         if len(self.links) < 2:
             raise ConfigError(self.file, "one link", "a chain of at least two links")
+        self.hinges = [hinge for link in self.links for hinge in link.hinges]
+        self.locked = self._joints(np.flatnonzero(self.model.jnt_stiffness >= LOCK_STIFFNESS))
+        self.limp = self._limp()
         self.masses = [self._mass(link.bodies) for link in self.links]
         self._find_line()
 
@@ -84,6 +92,10 @@ class _Chain:
             found["axes"] = _same([self._axes(link) for link in self.links[1:]])
         if "joint_limit" not in given:
             found["joint_limit"] = _same([self._limit(link) for link in self.links[1:]])
+        if "locked" not in given:
+            found["locked"] = self.locked
+        if "limp" not in given:
+            found["limp"] = self.limp
         if "gravity" not in given:
             found["gravity"] = 0.0 if self._is_off("GRAVITY") else float(np.linalg.norm(self.model.opt.gravity))
             if not found["gravity"]:
@@ -95,6 +107,16 @@ class _Chain:
             # At the call of Robot.from_mjcf.
             warnings.warn(f"{self.file}: left out " + "; ".join(left_out), UserWarning, stacklevel=5)
         return {name: value for name, value in found.items() if name not in given}
+
+    @cached_property
+    def revolute(self) -> set[str | None]:
+        """Names of joints with limits in a URDF file; MuJoCo does not keep the type, and ignores equal limits."""
+        with reading("path", self.path, "well-formed XML"), open(self.path, "rb") as file:
+            if next(ElementTree.iterparse(file, ("start",)))[1].tag != "robot":
+                return set()
+            file.seek(0)
+            joints = ElementTree.parse(file).getroot().findall("joint")
+        return {joint.get("name") for joint in joints if joint.get("type") == "revolute"}
 
     def _is_off(self, flag: str) -> bool:
         """Whether the file's option ``flag`` disables a part of the model."""
@@ -195,6 +217,23 @@ class _Chain:
             else:
                 merged.append(link)
         return merged
+
+    def _joints(self, hinges: Collection[int]) -> tuple[int, ...]:
+        """Joints of which all hinges are among these."""
+        return tuple(joint for joint, link in enumerate(self.links[1:]) if set(link.hinges) <= set(hinges))
+
+    def _undriven(self) -> list[int]:
+        """Hinges that no actuator drives, where one drives another."""
+        model = self.model
+        driven = model.actuator_trnid[np.isin(model.actuator_trntype, JOINTS), 0]
+        undriven = [hinge for hinge in self.hinges if hinge not in driven]
+        return undriven if len(undriven) < len(self.hinges) else []
+
+    def _limp(self) -> tuple[int, ...]:
+        """Joints that are not locked and that nothing drives; none where actuators drive more than joints."""
+        if not np.isin(self.model.actuator_trntype, JOINTS).all():
+            return ()
+        return tuple(joint for joint in self._joints(self._undriven()) if joint not in self.locked)
 
     def _mass(self, bodies: list[int]) -> tuple[float, Array, Array]:
         """Mass, CG, and inertia about it in the axes of the world."""
@@ -311,6 +350,13 @@ class _Chain:
         of_hinges -= model.qpos0[model.jnt_qposadr[link.hinges], None]
         lower, upper = of_hinges[0].tolist()
         for hinge, (low, high) in zip(link.hinges, of_hinges, strict=True):
+            first, last = model.jnt_range[hinge]
+            if first > last or (first == last and model.joint(hinge).name in self.revolute):
+                expected = "lower < upper, which MuJoCo takes for no limit otherwise, or joint_limit="
+                raise self._error("joint", hinge, f"limits ({first:g}, {last:g}) rad", expected)
+            if np.isfinite(high) and max(-low, high) > LARGEST_LIMIT:
+                expected = f"within [-{LARGEST_LIMIT}, {LARGEST_LIMIT}], no limit, or joint_limit="
+                raise self._error("joint", hinge, f"limits ({low:g}, {high:g}) rad", expected)
             if not (low <= 0.0 <= high and np.allclose((low, high), (lower, upper), rtol=0.0)):
                 expected = "lower <= 0 <= upper, equal for both axes of a cardan joint, or joint_limit="
                 raise self._error("joint", hinge, f"limits ({low:g}, {high:g}) rad", expected)
@@ -319,8 +365,11 @@ class _Chain:
     def _left_out(self, bodies: list[int]) -> Iterator[str]:
         """What the file has and the robot does not."""
         model = self.model
-        hinges = [hinge for link in self.links for hinge in link.hinges]
-        dofs = model.jnt_dofadr[hinges]
+        locked, limp = (
+            [hinge for joint in joints for hinge in self.links[joint + 1].hinges] for joints in (self.locked, self.limp)
+        )
+        hinges = [hinge for hinge in self.hinges if hinge not in locked]
+        dofs, held = model.jnt_dofadr[hinges], (model.qpos_spring - model.qpos0)[model.jnt_qposadr[locked]]
         for body in self.crosses:
             if model.body_mass[body]:
                 yield f"the motion of {self._name('body', body)} ({model.body_mass[body]:g} kg) in the link behind it"
@@ -331,6 +380,7 @@ class _Chain:
             ("joint", hinges, "frictionloss", model.dof_frictionloss[dofs], "N m"),
             ("joint", hinges, "armature", model.dof_armature[dofs], "kg m^2"),
             ("joint", hinges, "stiffness", model.jnt_stiffness[hinges], "N m/rad"),
+            ("joint", locked, "angle of the lock", held, "rad, the start's"),
             ("body", bodies, "gravcomp", model.body_gravcomp[bodies], "of the weight"),
         ):
             present = np.flatnonzero(values)
@@ -345,8 +395,7 @@ class _Chain:
         for name in ("density", "viscosity"):
             if value := getattr(model.opt, name):
                 yield f"option {name} ({value:g})"
-        driven = model.actuator_trnid[np.isin(model.actuator_trntype, JOINTS), 0]
-        if passive := [hinge for hinge in hinges if driven.size and hinge not in driven]:
+        if passive := [hinge for hinge in self._undriven() if hinge not in (*locked, *limp)]:
             more = f" and {len(passive) - 1} more" if len(passive) > 1 else ""
             yield f"that no actuator drives {self._name('joint', passive[0])}{more} (limp= says so)"
         if model.ntendon:

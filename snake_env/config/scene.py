@@ -126,7 +126,8 @@ class Scene(Section):
         """Robot and scene as a model of MuJoCo in 3D, an MJCF document for ``mujoco.MjModel.from_xml_string``.
 
         Links are capsules ``link_1`` to ``link_n`` on a free joint, joints the hinges ``yaw_i`` and ``pitch_i`` with
-        position servos of the same names, and the keyframe "start" has the robot at its start.
+        position servos of the same names, and the keyframe "start" has the robot at its start. Broken joints have no
+        servo; springs hold the locked ones, which need the integrator and at most the time step of the document.
         Contacts are those of MuJoCo, which are soft; friction along and across a link is that of explicit pairs with
         the ground; rolling friction is left out.
 
@@ -138,7 +139,7 @@ class Scene(Section):
             step: of the time stepping [s], > 0.
 
         Raises:
-            ConfigError: names what the model cannot have, such as friction that depends on speed.
+            ConfigError: names what the model cannot have, such as backlash and friction that depends on speed.
         """
         controller = PD(**_SERVO) if controller is None else controller
         if not isinstance(controller, PD):

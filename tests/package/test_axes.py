@@ -124,10 +124,10 @@ def test_environments_have_an_action_and_observations_for_each_axis(mode, action
     envs.close()
 
 
-@pytest.mark.parametrize("axes", [ALTERNATING, MIXED])
-def test_chains_of_hinges_fly_as_in_mujoco(axes):
+@pytest.mark.parametrize(("axes", "broken"), [(ALTERNATING, {}), (MIXED, {}), (MIXED, {"locked": (2,), "limp": (5,)})])
+def test_chains_of_hinges_fly_as_in_mujoco(axes, broken):
     mujoco = pytest.importorskip("mujoco")
-    robot = Robot(links=7, axes=axes, gravity=1e-9, joint_limit=np.inf, self_contact=False)
+    robot = Robot(links=7, axes=axes, gravity=1e-9, joint_limit=np.inf, self_contact=False, **broken)
     count = len(robot.joint_axes)
     bent = 0.4 * np.sin(1.7 * np.arange(count))
     start = Start(position=(0.0, 0.0, 5.0), heading=0.7, roll=0.3, pitch=0.2, posture=bent)
@@ -219,6 +219,19 @@ def test_absent_axes_have_no_angle_at_the_start():
     # All pitches of the lifting wave are absent: the robot lies flat.
     flat = simulate(model="spatial", robot=Robot(links=7, axes="yaw"), gait=Gait.lateral_rolling(), duration=0.1)
     np.testing.assert_allclose(flat.position[0, :, 2], flat.position[0, 0, 2], atol=1e-9)
+
+
+@pytest.mark.parametrize("axes", [ALTERNATING, ["both"] * 3 + ["pitch", (-1.0, 0.1, 0.0), "roll"]])
+def test_angles_about_absent_axes_are_refused_by_joint(axes):
+    robot, pairs = Robot(links=7, axes=axes), np.zeros((6, 2))
+    pairs[3] = (0.0, 0.1)
+    simulate(model="spatial", robot=robot, start=Start(posture=pairs), duration=0.1)
+    pairs[3] = (0.2, 0.1)
+    message = r"start\.posture\[3\] = \[0\.2, 0\.1\]: expected \(0, pitch\), of the axis that the joint has"
+    with pytest.raises(ConfigError, match=message):
+        simulate(model="spatial", robot=robot, start=Start(posture=pairs), duration=0.1)
+    with pytest.raises(ConfigError, match=message):
+        gym.make("SnakeSpatial-v1", robot=robot, start=Start(posture=pairs))
 
 
 def test_vectors_along_the_axes_of_a_link_have_their_names():

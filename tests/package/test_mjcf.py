@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -128,6 +130,24 @@ def test_sidewinding_covers_the_same_ground_in_both(friction):
     assert np.hypot(*(theirs - ours)) < 0.03 * np.hypot(*ours)
 
 
+@pytest.mark.parametrize("step", [1e-3, 2.5e-4])
+def test_locked_joints_hold_and_limp_ones_have_no_actuator(step):
+    """The robot falls onto the ground; springs of 1e9 N m/rad give way by 1e-9 rad per N m."""
+    start = Start(position=(0.0, 0.0, 0.2), roll=0.4)
+    model, data = loaded(Scene(), robot=Robot(locked=(3,), limp=(6,)), start=start, step=step)
+    absent = {"yaw_4", "pitch_4", "yaw_7", "pitch_7"}
+    assert {model.actuator(i).name for i in range(model.nu)} == {model.joint(j).name for j in range(1, 21)} - absent
+    given = data.qpos.copy()
+    np.testing.assert_array_equal(data.ctrl, [given[model.joint(model.actuator(i).name).qposadr[0]] for i in range(16)])
+    held, free = ([model.joint(f"{axis}_{j}").qposadr[0] for axis in ("yaw", "pitch")] for j in (4, 7))
+    moved = 0.0
+    for _ in range(round(0.5 / step)):
+        mujoco.mj_step(model, data)
+        np.testing.assert_allclose(data.qpos[held], given[held], atol=1e-7)
+        moved = max(moved, np.abs(data.qpos - given)[free].max())
+    assert moved > 0.05
+
+
 def test_the_ground_carries_the_weight_and_a_slope_pulls():
     model, data = loaded(Scene())
     for _ in range(1000):
@@ -163,6 +183,11 @@ def test_obstacles_stop_a_robot():
     [
         (Scene(obstacles=[Box(size=(0.2, 0.2), x=0.5, y=0.0, height=0.1)], friction=(0.2, 0.5)), {}, "scene.friction"),
         (Scene(stribeck=Stribeck(drop=0.3)), {}, "scene"),
+        (Scene(viscous=(0.1, 0.1)), {}, "scene"),
+        (Scene(friction_law="ellipse"), {}, "scene.friction_law"),
+        (Scene(), {"robot": Robot.aiko()}, "robot.backlash"),
+        (Scene(), {"controller": PD(active_from=0.1)}, "controller.active_from"),
+        (Scene(), {"controller": PD(treatment="step")}, "controller.treatment"),
         (Scene(), {"start": Start(posture=[0.1])}, "start.posture"),
         (Scene(), {"step": 0.0}, "step"),
     ],
@@ -170,3 +195,23 @@ def test_obstacles_stop_a_robot():
 def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
     with pytest.raises(ConfigError, match=field):
         scene.to_mjcf(**options)
+
+
+@pytest.mark.parametrize(
+    ("section", "carried", "refused", "left_out"),
+    [
+        (
+            Robot,
+            "links length contact_half_length radius mass inertia roll_inertia gravity self_contact joint_limit axes "
+            "locked limp",
+            "backlash",
+            "",
+        ),
+        # Smoothing is that of the laws that are refused, and a course the name of a preset.
+        (Scene, "obstacles friction slope", "stribeck viscous friction_law", "rolling_friction smoothing course"),
+        (PD, "kp kd torque_limit", "active_from treatment", "law"),
+    ],
+)
+def test_every_field_is_carried_or_refused_or_known_to_be_left_out(section, carried, refused, left_out):
+    known = " ".join((carried, refused, left_out)).split()
+    assert sorted(known) == sorted(field.name for field in dataclasses.fields(section))

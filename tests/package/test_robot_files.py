@@ -42,8 +42,9 @@ def bounds(robot):
         Robot(links=7, axes=["yaw", "pitch"] * 3, **dict.fromkeys(QUANTITIES, 0.1 * UNEVEN) | {"length": UNEVEN}),
         Robot(links=6, axes=["yaw", "roll", (1.0, 2.0, 3.0), "both", (0.0, -1.0, 0.0)], self_contact=False),
         Robot(links=5, axes=["pitch", "yaw", "both", "roll"], joint_limit=[(-0.3, 1.2), 0.4, (0.0, 1.0), np.inf]),
+        Robot(links=5, axes=["pitch", "yaw", "both", "both"], locked=(0, 2), limp=(3,)),
     ],
-    ids=["aiko", "two", "uneven", "axes", "limits"],
+    ids=["aiko", "two", "uneven", "axes", "limits", "broken"],
 )
 def test_a_robot_survives_the_way_through_a_file(robot, from_text):
     """Of scenes on a slope, with obstacles, at any place."""
@@ -55,6 +56,7 @@ def test_a_robot_survives_the_way_through_a_file(robot, from_text):
     np.testing.assert_allclose(bounds(found), bounds(robot), rtol=0.0, atol=1e-12)
     assert found.gravity == pytest.approx(robot.gravity, abs=1e-12)
     assert found.self_contact is robot.self_contact
+    assert (found.locked, found.limp) == (robot.locked, robot.limp)
     assert (found.axes == "both") == (robot.axes == "both")
     for (joint, axis), (given_joint, given) in zip(found.joint_axes, robot.joint_axes, strict=True):
         assert joint == given_joint
@@ -63,6 +65,34 @@ def test_a_robot_survives_the_way_through_a_file(robot, from_text):
 
 def test_aiko_comes_back_as_it_is_written(from_text):
     assert from_text(Scene().to_mjcf(Robot()), backlash=0.1) == Robot(backlash=0.1, joint_limit=np.pi / 2)
+
+
+def test_the_angle_of_a_lock_is_that_of_the_start(from_text):
+    robot = Robot(links=4, axes="yaw", locked=(1,))
+    document = Scene().to_mjcf(robot, start=Start(posture=[0.1, 0.2, 0.3]))
+    with pytest.warns(UserWarning, match=r'left out angle of the lock of joint "yaw_2" \(0\.2 rad, the start\'s\)$'):
+        assert from_text(document).locked == (1,)
+
+
+@pytest.mark.parametrize(
+    ("actuators", "limp", "left_out"),
+    [
+        ("", (), None),
+        ('<motor joint="yaw_1"/><motor joint="yaw_3"/><motor joint="pitch_3"/>', (1,), None),
+        ('<motor joint="yaw_1"/><motor joint="yaw_2"/><motor joint="yaw_3"/>', (), "pitch_3"),
+        ('<motor joint="yaw_1"/><motor joint="yaw_3"/><motor joint="pitch_3"/><motor tendon="t"/>', (), "yaw_2"),
+    ],
+)
+@pytest.mark.filterwarnings("error")
+def test_joints_that_nothing_drives_are_limp(actuators, limp, left_out, from_text):
+    document = Scene().to_mjcf(Robot(links=4, axes=["yaw", "yaw", "both"], limp=(0, 1, 2)))
+    tendon = '<tendon><fixed name="t"><joint joint="yaw_2" coef="1"/></fixed></tendon>' if "tendon" in actuators else ""
+    text = document.replace("<actuator />", f"<actuator>{actuators}</actuator>{tendon}").replace(' ctrl=""', "")
+    if left_out is None:
+        assert from_text(text).limp == limp
+        return
+    with pytest.warns(UserWarning, match=rf'left out that no actuator drives joint "{left_out}" \(limp= says so\)'):
+        assert from_text(text).limp == limp
 
 
 LENGTH, RADIUS, SIDE, DENSITY = 0.08, 0.02, 0.03, 900.0
@@ -217,6 +247,39 @@ def test_a_root_link_without_mass_is_the_world(from_text):
     assert (robot.links, robot.axes) == (2, "pitch")
 
 
+LIMIT = '<limit lower="-1" upper="1.5" effort="3" velocity="2"/>'
+
+
+@pytest.mark.parametrize(
+    ("limit", "value"),
+    [
+        ('<limit lower="0" upper="0" effort="3" velocity="2"/>', "(0, 0)"),
+        ('<limit effort="3" velocity="2"/>', "(0, 0)"),
+        ("", "(0, 0)"),
+        ('<limit lower="1.5" upper="-1"/>', "(1.5, -1)"),
+        ('<limit lower="-3.14159" upper="3.14159"/>', "(-3.14159, 3.14159)"),
+        ('<limit lower="0" upper="6.28"/>', "(0, 6.28)"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:arm.urdf")
+def test_limits_in_a_urdf_file_that_no_joint_can_have_are_refused_by_joint(limit, value, from_text):
+    text = ARM.format(INERTIAL.format(0) + BASE, link=LINK).replace(LIMIT, limit)
+    with pytest.raises(ConfigError) as caught:
+        from_text(text, "arm.urdf")
+    assert f'arm.urdf, body "middle", joint "pan" = limits {value} rad: expected ' in str(caught.value)
+    assert from_text(text, "arm.urdf", joint_limit=1.0).joint_limit == 1.0
+    assert from_text(text.replace("revolute", "continuous"), "arm.urdf").joint_limit == np.inf
+
+
+@pytest.mark.filterwarnings("ignore:arm.urdf")
+def test_joints_without_limits_in_a_urdf_file_that_is_not_well_formed_are_refused(from_text):
+    """MuJoCo takes a comment with two hyphens; whether the joint has limits cannot be told."""
+    text = ARM.format(INERTIAL.format(0) + BASE, link=LINK).replace("</robot>", "<!-- a -- b --></robot>")
+    with pytest.raises(ConfigError, match=r"path = .*arm\.urdf: expected well-formed XML \(ParseError: "):
+        from_text(text, "arm.urdf")
+    assert from_text(text, "arm.urdf", joint_limit=1.0).links == 3
+
+
 def third(inside=BALL + AT, joints=PITCH):
     return chain(body("c", joints, inside))
 
@@ -277,6 +340,16 @@ OFF = '<option><flag {}="disable"/></option>'
             ', body "c", joint "p" = limits (-1, 1) rad: expected lower <= 0 <= upper, equal for both axes',
             {"joint_limit": 1.0},
         ),
+        (
+            third(joints='<joint name="p" axis="0 1 0" range="0.5 -0.5"/>'),
+            ', body "c", joint "p" = limits (0.5, -0.5) rad: expected lower < upper',
+            {"joint_limit": 1.0},
+        ),
+        (
+            third(joints='<joint name="p" axis="0 1 0" range="-3.14 3.14"/>'),
+            ', body "c", joint "p" = limits (-3.14, 3.14) rad: expected within [-3.13, 3.13], no limit, or',
+            {"joint_limit": 1.0},
+        ),
         (chain(tail='<option gravity="0 0 0"/>'), ", option gravity = 0.0: expected a vector other", {"gravity": 9.81}),
     ],
 )
@@ -292,6 +365,12 @@ def test_what_is_no_robot_is_refused_by_name(text, message, instead, from_text):
 def test_limits_count_from_the_straight_robot(from_text):
     ref = '<joint axis="0 1 0" ref="0.2" range="0.1 0.5" limited="true"/>'
     np.testing.assert_allclose(bounds(from_text(third(joints=ref)))[1], [-0.1, 0.3], atol=1e-12)
+
+
+def test_the_largest_limit_in_a_file_is_that_of_the_spatial_model(from_text):
+    robot = from_text(third(joints=PITCH.replace("/>", ' range="-3.13 3.13"/>')))
+    assert robot.joint_limit == (np.inf, 3.13)
+    simulate(model="spatial", robot=robot, start=Start(posture="straight"), duration=0.1)
 
 
 def test_cgs_aside_of_the_line_are_refused_whatever_the_length(from_text):
@@ -328,15 +407,15 @@ def test_what_is_left_out_is_listed(from_text):
     )
     text = chain(body("c", joints.format(2).replace('"p"', '"q"')), joints.format(1), tail, root)
     with pytest.warns(UserWarning, match="left out") as caught:
-        assert from_text(text).gravity == 5.0
+        robot = from_text(text)
+    assert (robot.gravity, robot.limp) == (5.0, (1,))
     assert [str(one.message) for one in caught] == [
         'snake.xml: left out joint "x", between the robot and the world; '
         'joint "turn", between the robot and the world; '
         'damping of joint "p" and 1 more (2 N m s/rad); armature of joint "p" and 1 more (0.1 kg m^2); '
         'stiffness of joint "p" and 1 more (3 N m/rad); '
         "the direction of option gravity (3 0 -4); 1 contact exclusions; "
-        "option density (1000); option viscosity (0.1); "
-        'that no actuator drives joint "q" (limp= says so); tendon "t"'
+        'option density (1000); option viscosity (0.1); tendon "t"'
     ]
     assert caught[0].filename == __file__
 

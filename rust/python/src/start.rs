@@ -193,6 +193,13 @@ fn require_bends(angles: &[Vector2<f64>], robot: &Robot, posture: &Posture) -> R
     let expected = format!("\"gait\", \"straight\", {list} or {joints} pairs (yaw, pitch), in [-{angle}, {angle}]");
     let admissible = angles.len() == joints && angles.iter().flatten().all(|angle| angle.abs() <= largest);
     require(admissible, "start.posture", posture.written(), &expected)?;
+    for (j, (angle, axes)) in angles.iter().zip(&robot.axes).enumerate() {
+        let expected = ["(yaw, 0)", "(0, pitch)"][axes.only().unwrap_or(0)];
+        let has_no_other = [0, 1].into_iter().all(|axis| axes.has(axis) || angle[axis] == 0.0);
+        let value = format!("{:?}", angle.as_slice());
+        let expected = format!("{expected}, of the axis that the joint has");
+        require(has_no_other, &format!("start.posture[{j}]"), value, &expected)?;
+    }
     require_own_bends(robot, angles.iter().map(|angle| angle.as_slice()))
 }
 

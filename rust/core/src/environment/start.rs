@@ -76,10 +76,9 @@ impl StartLine {
         let path = natural_path(&wave, robot);
         let start = Start::of_gait(Vector2::zeros(), PI + path.direction(0.0));
         let mut line = Self::from_start(start, wave, robot);
-        if !robot.axes.iter().all(|axes| axes.yaws()) {
-            // The path is that of a robot of which all joints bend sideways.
+        if !follows_path(robot) {
             line.centre_line = line.gravity_centre.y;
-            let turn = -askew(robot, &wave, line.nominal.angle);
+            let turn = -askew(robot, &wave, &line.nominal);
             line = line.turned(turn);
         }
         let origin = Vector2::new(line.gravity_centre.x, line.centre_line);
@@ -110,7 +109,10 @@ impl StartLine {
     }
 
     /// The start after a deviation.
-    pub fn deviated(&self, jitter: &StartJitter) -> Start {
+    pub fn deviated(&self, robot: &Robot, jitter: &StartJitter) -> Start {
+        if !follows_path(robot) {
+            return self.slid_along_centre_line(robot, jitter);
+        }
         let phase = self.nominal.phase + jitter.slide;
         // The course's start is turned a little against the natural path.
         let tilt = self.nominal.angle - PI - self.path.direction(self.nominal.phase);
@@ -124,10 +126,27 @@ impl StartLine {
         }
     }
 
+    /// That of a robot that leaves the path: its CG moves by the path's mean advance per phase, where its links point.
+    fn slid_along_centre_line(&self, robot: &Robot, jitter: &StartJitter) -> Start {
+        let heading = askew(robot, &self.wave, &self.nominal);
+        let mut start = Start { phase: self.nominal.phase + jitter.slide, ..self.nominal };
+        start.angle += heading - askew(robot, &self.wave, &start) + jitter.turn;
+        let (sin, cos) = (heading + jitter.turn).sin_cos();
+        let advance = Vector2::new(cos, sin) * (self.path.half_wave() * jitter.slide / PI);
+        let cg = self.gravity_centre + advance + jitter.shift;
+        start.position += cg - gravity_centre(robot, &self.wave, &start);
+        start
+    }
+
     /// Joint angles of the gait's posture at a phase, joint 0 first, zero of joints that do not bend sideways \[rad\].
     pub fn joint_angles<'a>(&'a self, robot: &'a Robot, phase: f64) -> impl Iterator<Item = f64> + 'a {
         posture(robot, &self.wave, phase / self.wave.omega)
     }
+}
+
+/// The natural path is that of a robot of which all joints bend sideways.
+fn follows_path(robot: &Robot) -> bool {
+    robot.axes.iter().all(|axes| axes.yaws())
 }
 
 fn posture<'a>(robot: &'a Robot, wave: &'a Wave, time: f64) -> impl Iterator<Item = f64> + 'a {
@@ -135,10 +154,10 @@ fn posture<'a>(robot: &'a Robot, wave: &'a Wave, time: f64) -> impl Iterator<Ite
     robot.axes.iter().enumerate().map(move |(joint, axes)| if axes.yaws() { angle(joint) } else { 0.0 })
 }
 
-/// Mean angle from +x to the direction in which the links point, given the absolute angle of link 1 \[rad\].
-fn askew(robot: &Robot, wave: &Wave, angle: f64) -> f64 {
-    let (mut along, mut sum) = (angle - PI, angle - PI);
-    for bend in posture(robot, wave, 0.0) {
+/// Mean angle from +x to the direction in which the links point \[rad\].
+fn askew(robot: &Robot, wave: &Wave, start: &Start) -> f64 {
+    let (mut along, mut sum) = (start.angle - PI, start.angle - PI);
+    for bend in posture(robot, wave, start.phase / wave.omega) {
         along += bend;
         sum += along;
     }
@@ -150,7 +169,7 @@ fn natural_path(wave: &Wave, robot: &Robot) -> NaturalPath {
 }
 
 fn gravity_centre(robot: &Robot, wave: &Wave, start: &Start) -> Vector2<f64> {
-    let joint_angle: Vec<f64> = posture(robot, wave, 0.0).collect();
+    let joint_angle: Vec<f64> = posture(robot, wave, start.phase / wave.omega).collect();
     let mut pose = vec![Pose::zeros(); robot.link_count()];
     assemble_chain(robot, Pose::new(start.position.x, start.position.y, start.angle), &joint_angle, &mut pose);
     let moment: Vector2<f64> = robot.links.iter().zip(&pose).map(|(link, q)| q.xy() * link.mass).sum();
@@ -190,11 +209,36 @@ mod tests {
     }
 
     #[test]
+    fn robots_whose_joints_bend_sideways_in_part_slide_along_the_centre_line() {
+        let alternating = (0..10).map(|j| ["yaw", "pitch"][j % 2]).collect::<Vec<_>>();
+        let one_yaw = (0..10).map(|j| if j == 4 { "yaw" } else { "pitch" }).collect();
+        for names in [alternating, one_yaw] {
+            let axes = names.into_iter().map(|name| OneJoint::Named(name.to_owned())).collect();
+            let robot = Robot::new(&RobotConfig { axes: AxesConfig::Each(axes), ..RobotConfig::default() }).unwrap();
+            let line = StartLine::at_origin(Wave::default(), &robot).turned(-0.3);
+            let still = StartJitter { slide: 0.0, shift: Vector2::zeros(), turn: 0.0 };
+            for slide in [0.0, 0.2, 0.5] {
+                let starts = [slide, -slide].map(|slide| line.deviated(&robot, &StartJitter { slide, ..still }));
+                let cgs = starts.map(|start| gravity_centre(&robot, &line.wave, &start));
+                assert!((0.5 * (cgs[0] + cgs[1])).norm() < 1e-12, "{:?}", 1e3 * 0.5 * (cgs[0] + cgs[1]));
+                let (sin, cos) = (-0.3f64).sin_cos();
+                assert!((cos * cgs[0].y - sin * cgs[0].x).abs() < 1e-12, "off the centre line");
+                for start in starts {
+                    assert!((askew(&robot, &line.wave, &start) + 0.3).abs() < 1e-12, "slide {slide}: askew");
+                }
+            }
+            let turned = line.deviated(&robot, &StartJitter { turn: 0.1, ..still });
+            assert!((askew(&robot, &line.wave, &turned) + 0.2).abs() < 1e-12);
+            assert!(gravity_centre(&robot, &line.wave, &turned).norm() < 1e-12);
+        }
+    }
+
+    #[test]
     fn sliding_by_one_link_moves_every_link_onto_the_one_before() {
         let robot = Robot::new(&RobotConfig::default()).unwrap();
         let line = StartLine::at_origin(Wave::default(), &robot);
         let chain = |jitter: &StartJitter| {
-            let start = line.deviated(jitter);
+            let start = line.deviated(&robot, jitter);
             let angles: Vec<f64> = line.joint_angles(&robot, start.phase).collect();
             let mut pose = vec![Pose::zeros(); 11];
             assemble_chain(&robot, Pose::new(start.position.x, start.position.y, start.angle), &angles, &mut pose);
@@ -214,7 +258,7 @@ mod tests {
     fn no_jitter_is_the_nominal_start() {
         let robot = Robot::new(&RobotConfig::default()).unwrap();
         for line in [StartLine::on_course(START_7_5, &robot), StartLine::at_origin(Wave::default(), &robot)] {
-            let start = line.deviated(&StartJitter::draw(&mut Rng::new(0, 0), 0.0));
+            let start = line.deviated(&robot, &StartJitter::draw(&mut Rng::new(0, 0), 0.0));
             assert!((start.position - line.nominal.position).norm() < 1e-15);
             assert!((start.angle - line.nominal.angle).abs() < 1e-15);
         }

@@ -73,7 +73,7 @@ impl OpenGround {
         jitter: &StartJitter,
         mut lay_out: impl FnMut(&PegRegion, &mut Vec<Peg>) -> Option<Vector2<f64>>,
     ) -> EpisodeStart {
-        let start = self.line.deviated(jitter);
+        let start = self.line.deviated(placement.robot(), jitter);
         placement.assemble(&self.line, &start);
         let (radius, origin) = (self.goal_radius, placement.gravity_centre());
         let mut target = Target::Line { distance: self.goal_distance, centre_line: self.line.centre_line };

@@ -52,6 +52,10 @@ impl Placement {
         self.scene.as_ref()
     }
 
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
     /// The robot's joint angles at its start \[rad\].
     pub fn joint_angle(&self) -> &[f64] {
         &self.joint_angle
@@ -90,7 +94,7 @@ impl Placement {
     pub fn free_start(&mut self, line: &StartLine, jitter: &StartJitter) -> Start {
         let mut factor = 1.0;
         while factor > SMALLEST_JITTER {
-            let start = line.deviated(&jitter.scaled(factor));
+            let start = line.deviated(&self.robot, &jitter.scaled(factor));
             self.assemble(line, &start);
             if self.smallest_gap() > CLEARANCE {
                 return start;

@@ -91,7 +91,7 @@ mod tests {
             let robot = Robot::new(&RobotConfig::default()).unwrap();
             let (region, line) = (aiko_region(), StartLine::at_origin(Wave::default(), &robot));
             let mut rng = Rng::new(seed, 0);
-            let start = line.deviated(&StartJitter::draw(&mut rng, scale));
+            let start = line.deviated(&robot, &StartJitter::draw(&mut rng, scale));
             let mut placement = Placement::new(&robot);
             placement.assemble(&line, &start);
             random_field(ALL[kind], difficulty, &region, &mut rng, &mut placement.pegs);
