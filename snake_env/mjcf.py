@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
@@ -75,7 +76,7 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
     for (joint, axis), angle in zip(robot.joint_axes, angles, strict=True):
         if joint not in (*robot.locked, *robot.limp):
             name = _hinge(joint, axis)["name"]
-            _add(actuators, "position", name=name, joint=name, **_servo(controller))
+            _add(actuators, "position", name=name, joint=name, **_servo(controller, robot))
             references.append(angle)
     key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *angles))
     key.set("ctrl", _text(tuple(references)))
@@ -92,6 +93,9 @@ def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
         )
     if scene.stribeck.drop or any(scene.viscous):
         raise ConfigError("scene", "friction that depends on speed", "only Coulomb friction for MuJoCo")
+    if robot.motor is not None:
+        # At the call of Scene.to_mjcf.
+        warnings.warn("left out: the torque-speed line of robot.motor", UserWarning, stacklevel=4)
     for field, value, expected in (
         ("robot.backlash", robot.backlash, 0.0),
         ("controller.active_from", controller.active_from, 0.0),
@@ -178,8 +182,8 @@ def _add_chain(world: Element, robot: Robot, place: tuple[float, ...], angles: l
             limit = _limit(robot, i - 1)
             for (joint, axis), angle in zip(robot.joint_axes, angles, strict=True):
                 if joint == i - 1:
-                    lock = _lock(angle, step) if joint in robot.locked else {}
-                    _add(body, "joint", **_hinge(joint, axis), type="hinge", **limit, **lock)
+                    own = _lock(angle, step) if joint in robot.locked else _rotor(robot, joint, step)
+                    _add(body, "joint", **_hinge(joint, axis), type="hinge", **limit, **own)
         centre = 0.0 if i == 0 else 0.5 * length[i]
         _add(body, "inertial", pos=(centre, 0.0, 0.0), mass=mass[i], diaginertia=(roll[i], inertia[i], inertia[i]))
         ends = (centre - half[i], 0.0, 0.0, centre + half[i], 0.0, 0.0)
@@ -189,6 +193,19 @@ def _add_chain(world: Element, robot: Robot, place: tuple[float, ...], angles: l
 def _lock(angle: float, step: float) -> dict[str, Any]:
     """A spring whose damping, which MuJoCo takes at the end of the step, puts it there too: K q + h K q'."""
     return {"stiffness": LOCK_STIFFNESS, "springref": angle, "damping": LOCK_STIFFNESS * step}
+
+
+def _rotor(robot: Robot, joint: int, step: float) -> dict[str, Any]:
+    """Inertia of the motor of a joint, and friction of its gear, which MuJoCo's defaults make soft."""
+    motor = robot.motor
+    if motor is None or joint in robot.limp:
+        return {}
+    return {
+        "armature": motor.rotor_inertia * motor.gear_ratio**2,
+        "frictionloss": motor.gear_friction,
+        "solreffriction": (2.0 * step, 1.0),
+        "solimpfriction": (0.9999, 0.9999),
+    }
 
 
 def _limit(robot: Robot, joint: int) -> dict[str, Any]:
@@ -211,8 +228,9 @@ def _hinge(joint: int, axis: Any) -> dict[str, Any]:
     return {"name": f"axis_{joint + 1}", "axis": (axis[2], axis[0], axis[1])}
 
 
-def _servo(controller: PD) -> dict[str, Any]:
-    limit = controller.torque_limit
+def _servo(controller: PD, robot: Robot) -> dict[str, Any]:
+    limits = (controller.torque_limit, None if robot.motor is None else robot.motor.stall_torque)
+    limit = min((limit for limit in limits if limit is not None), default=None)
     bounds = {} if limit is None else {"forcerange": (-limit, limit), "forcelimited": "true"}
     return {"kp": controller.kp, "kv": controller.kd, **bounds}
 

@@ -73,7 +73,7 @@ class Trajectory:
         friction_power: (T,) power of all friction, that of rolling and at obstacles included, never positive [W]
             ("power").
         motor_power: (T, n - 1) mechanical power of each motor, mean since the last sample [W]; (T, n - 1, 2) in the
-            spatial model; of robots with a :class:`Motor`.
+            spatial model; of robots with a ``motor``.
         electrical_power: the same with the heat in the motors [W].
     """
 

@@ -32,7 +32,9 @@ JOINT = ("yaw", "pitch")
 COMPONENTS: dict[str, tuple[str, ...]] = {
     "quaternion": ("w", "x", "y", "z"),
     "passive_velocity": ("x", "y", "yaw"),
-    **dict.fromkeys(("joint_angle", "joint_torque", "joint_rate", "actuator_power", "motor_power", "electrical_power"), JOINT),
+    **dict.fromkeys(
+        ("joint_angle", "joint_torque", "joint_rate", "actuator_power", "motor_power", "electrical_power"), JOINT
+    ),
     **dict.fromkeys(("position", "contact_force", "self_contact_force", "velocity", "angular_velocity"), tuple("xyz")),
     **dict.fromkeys(("ground_friction", "obstacle_force", "pair_force"), tuple("xyz")),
 }

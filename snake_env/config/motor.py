@@ -13,12 +13,11 @@ from snake_env.config.section import Section
 class Motor(Section):
     """A motor with its gear, the same on every joint axis that is neither locked nor limp.
 
-    Driving, it gives at most ``stall_torque (1 - |rate| / no_load_speed)``, beyond the no-load speed nothing; braking,
-    it gives up to ``stall_torque``; and never more than the controller's ``torque_limit``. It is an ideal DC motor, whose
-    electrical power is the mechanical one and the heat ``torque^2 no_load_speed / stall_torque``. Rotor and gear are
-    felt at the joint: the rotor's inertia, times ``gear_ratio^2``, resists changes of the joint's rate, and the friction
-    of the gear its motion, as Coulomb's law with a constant bound: a gear of more friction than a load does not turn
-    back.
+    Driving, it gives at most ``stall_torque (1 - |rate| / no_load_speed)``, beyond the no-load speed nothing. Braking,
+    it gives up to ``stall_torque``. It never gives more than the controller's ``torque_limit``. It is an ideal DC
+    motor: its electrical power is the mechanical one and the heat ``torque^2 no_load_speed / stall_torque``. The
+    inertia of the rotor, times ``gear_ratio^2``, resists changes of the joint's rate. The friction of the gear obeys
+    Coulomb's law with a constant bound: a load below it does not turn the gear back.
 
     Args:
         stall_torque: torque at the joint when it does not turn [N m], > 0.
@@ -41,8 +40,8 @@ class Motor(Section):
     def aiko(cls, **changes: Any) -> Motor:
         """A motor of 6 W, of which Aiko has two in every cardan joint (T 7.4); keywords replace these values.
 
-        Assumed: 6 W is the largest mechanical power, a quarter of stall torque times no-load speed, and the stall torque
-        is the 5 N m of :meth:`PD.aiko`. That gives 4.8 rad/s. Rotor and gear are not known and left out.
+        Assumed: 6 W is the largest mechanical power, a quarter of stall torque times no-load speed. The stall torque
+        is the 5 N m of :meth:`PD.aiko`, which leaves 4.8 rad/s. Rotor and gear are not known and left out.
         """
         return cls(**({"stall_torque": 5.0, "no_load_speed": 4.8} | changes))
 
@@ -51,6 +50,6 @@ class Motor(Section):
         """ROBOTIS DYNAMIXEL XH430-W350 at 12 V; keywords replace these values.
 
         From its e-manual: stall torque 3.4 N m, no-load speed 30 rev/min, gear ratio 353.5. Assumed: the torque falls
-        linearly, from the stall torque on. Inertia of the rotor and friction of the gear are not published and left out.
+        linearly from the stall torque on. Inertia of the rotor and friction of the gear are not published, so left out.
         """
         return cls(**({"stall_torque": 3.4, "no_load_speed": 30 * math.tau / 60, "gear_ratio": 353.5} | changes))

@@ -203,7 +203,7 @@ def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
         (
             Robot,
             "links length contact_half_length radius mass inertia roll_inertia gravity self_contact joint_limit axes "
-            "locked limp",
+            "locked limp motor",
             "backlash",
             "",
         ),

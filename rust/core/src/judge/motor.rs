@@ -1,12 +1,12 @@
 use crate::math::Real;
-use crate::stepping::StageMotor;
+use crate::rows::MotorRow;
 
 use super::clamp::clamp_between;
 
 /// Violation of the law of a drive whose motor, if it has one, turns at `rate`: within its largest impulse `limit`, less
 /// the faster it drives, it gives `tight` but for what a dead zone takes off its magnitude \[N m s\].
 #[inline(always)]
-pub(crate) fn drive<T: Real>(impulse: T, tight: T, slack: T, limit: T, motor: Option<(&StageMotor<T>, T)>) -> T {
+pub(crate) fn drive<T: Real>(impulse: T, tight: T, slack: T, limit: T, motor: Option<(&MotorRow<T>, T)>) -> T {
     let zero = T::zero();
     let wanted = (tight - slack).max(zero) + (tight + slack).min(zero);
     let Some((motor, rate)) = motor else { return clamp_between(impulse, wanted, -limit, limit) };

@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::math::Real;
-use crate::rows::{ContactRow, PairRow, Saved};
-use crate::stepping::{StageMotor, StageStop};
+use crate::rows::{ContactRow, MotorRow, PairRow, Saved};
+use crate::stepping::StageStop;
 
 use super::Heading;
 
@@ -90,7 +90,7 @@ pub struct Stage<T = f64> {
     pub stops: Vec<StageStop<T>>,
     /// Of each joint; empty where robots have none.
     #[serde(default = "Vec::new")]
-    pub motors: Vec<StageMotor<T>>,
+    pub motors: Vec<MotorRow<T>>,
     /// Sorted by link.
     pub contacts: Vec<StageContact<T>>,
     /// Of those contacts that have it, in their order.

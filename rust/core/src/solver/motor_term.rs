@@ -1,5 +1,5 @@
 use crate::math::{Mask, Real};
-use crate::stepping::StageMotor;
+use crate::rows::MotorRow;
 
 use super::LawForm;
 
@@ -7,7 +7,7 @@ use super::LawForm;
 /// and the friction of its gear in proximal form, P = clamp(centre - r phi', +-b).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotorTerm<T: Real> {
-    motor: StageMotor<T>,
+    motor: MotorRow<T>,
     /// From rates to velocities \[m\].
     lever: T,
     /// r \[N m s^2\], and the present slope of the friction.
@@ -23,7 +23,7 @@ pub(crate) struct MotorTerm<T: Real> {
 impl<T: Real> MotorTerm<T> {
     /// `penalty` is the stiffness of sticking at the lever \[kg\], `impulse` the friction that is expected.
     #[inline(always)]
-    pub fn new(motor: &StageMotor<T>, impulse: T, lever: T, penalty: T) -> Self {
+    pub fn new(motor: &MotorRow<T>, impulse: T, lever: T, penalty: T) -> Self {
         let centre = impulse.min(motor.friction).max(-motor.friction);
         Self {
             motor: *motor,
@@ -111,7 +111,7 @@ impl<T: Real> MotorTerm<T> {
     pub fn recentre_here(&mut self, rate: T, lanes: T::Mask) -> T {
         self.recentre(lanes);
         let change = T::select(lanes, -(self.slope * rate), T::zero());
-        self.friction = self.friction + change;
+        self.friction += change;
         change
     }
 }

@@ -21,8 +21,8 @@ use serde::{Deserialize, Serialize};
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::Real;
 use crate::robot::Axes;
-use crate::rows::{ContactRow, PairRow, Saved};
-use crate::stepping::{StageMotor, StageStop};
+use crate::rows::{ContactRow, MotorRow, PairRow, Saved};
+use crate::stepping::StageStop;
 
 use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
 
@@ -131,7 +131,7 @@ pub struct Stage<T = f64> {
     pub stops: Vec<StageStop<T>>,
     /// Of the same axes; empty where robots have none.
     #[serde(default = "Vec::new")]
-    pub motors: Vec<StageMotor<T>>,
+    pub motors: Vec<MotorRow<T>>,
     /// Sorted by link.
     pub contacts: Vec<StageContact<T>>,
     /// Friction of each entry of `contacts`; empty where no obstacle has any.

@@ -1,8 +1,7 @@
 //! Work of friction and actuators over a stage.
 
 use crate::math::Real;
-
-use super::StageMotor;
+use crate::rows::MotorRow;
 
 /// Work of friction and of the actuators over a stage \[J\].
 #[derive(Debug, Clone, Copy)]
@@ -33,7 +32,7 @@ impl<T: Real> EnergyLedger<T> {
 
     /// Adds the work of the actuator of a joint axis, and what its motor draws if it has one.
     #[inline(always)]
-    pub fn add_drive(&mut self, impulse: T, rate: T, motor: Option<&StageMotor<T>>) {
+    pub fn add_drive(&mut self, impulse: T, rate: T, motor: Option<&MotorRow<T>>) {
         let work = impulse * rate;
         self.actuator += work;
         self.positive_actuator += work.max(T::zero());

@@ -48,7 +48,7 @@ pub use lane_count::{available_lanes, forced_lanes, widest_lanes};
 pub use lanes::Members;
 pub use model::{Driven, Model, RobotState, WarmStart};
 pub use model::{MAX_RATE, MAX_SPEED};
-pub use motors::{Motors, StageMotor};
+pub use motors::Motors;
 pub use obstacle_impulses::ObstacleImpulses;
 pub use plan::StepPlan;
 pub use plant_parameters::PlantParameters;

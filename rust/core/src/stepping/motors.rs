@@ -1,62 +1,10 @@
-//! Motors of the joint axes in a stage: a torque-speed line, an inertia and a friction.
-//!
-//! A motor that turns with the joint gives up to `min(limit, stall - fall phi')` upwards and `min(limit, stall + fall
-//! phi')` downwards, not below zero: less and less the faster it drives, up to its limit where it brakes. Within these
-//! bounds it gives what its PD law asks for. All of that falls with the rate, so the torque is minus the gradient of a
-//! convex function. The rotor's inertia J adds `J (phi'_A - phi')` over a stage, with the rate phi'_A that it would keep
-//! without any torque, and the friction of the gear `-phi' in N_[-b, b](P)`: both are convex too. A stage keeps its one
-//! solution.
+//! The motors of a stage's robots: rows of the axes, see [`MotorRow`], and what they carry from step to step.
 
-use serde::{Deserialize, Serialize};
-
-use crate::math::{Real, laned};
+use crate::math::Real;
 use crate::robot::{Axes, Motor, Robot};
-use crate::rows::Saved;
+use crate::rows::MotorRow;
 
 use super::sdirk::EXTRAPOLATION;
-
-/// The motor of one axis in a stage.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(bound = "T: Saved", deny_unknown_fields)]
-pub struct StageMotor<T = f64> {
-    /// c times the stall torque \[N m s\].
-    #[serde(with = "crate::rows::limit")]
-    pub stall: T,
-    /// Decrease of the largest impulse per rate, [`Self::stall`] over the no-load speed \[N m s^2\].
-    pub fall: T,
-    /// Largest impulse of the gear's friction \[N m s\].
-    pub friction: T,
-    /// J \[kg m^2\].
-    pub inertia: T,
-    /// phi'_A \[rad/s\].
-    pub reference: T,
-}
-
-laned! {
-    StageMotor { stall, fall, friction, inertia, reference };
-}
-
-impl<T: Real> StageMotor<T> {
-    /// Of an axis without motor, or whose joint is broken.
-    #[inline(always)]
-    pub fn none() -> Self {
-        let zero = T::zero();
-        Self { stall: T::splat(f64::INFINITY), fall: zero, friction: zero, inertia: zero, reference: zero }
-    }
-
-    /// Heat of an ideal DC motor that gives an impulse, `c torque^2 omega_0 / stall torque`, over the stage \[J\].
-    #[inline(always)]
-    pub fn heat(&self, impulse: T) -> T {
-        let zero = T::zero();
-        T::select(zero.lt(self.fall), impulse * impulse / self.fall, zero)
-    }
-
-    /// Impulse of the inertia at a rate.
-    #[inline(always)]
-    pub fn rotor_impulse(&self, rate: T) -> T {
-        self.inertia * (self.reference - rate)
-    }
-}
 
 /// The motors of a register's robots: the same in all lanes but for the share of their torque.
 #[derive(Debug, Clone)]
@@ -126,7 +74,7 @@ impl<T: Real> Motors<T> {
 
     /// Lists the motors of a stage of coefficient `c`, and what their gears' friction is expected to give.
     #[inline(always)]
-    pub fn fill(&self, c: T, motors: &mut Vec<StageMotor<T>>, gear: &mut Vec<T>) {
+    pub fn fill(&self, c: T, motors: &mut Vec<MotorRow<T>>, gear: &mut Vec<T>) {
         motors.clear();
         gear.clear();
         let Some(motor) = self.motor else { return };
@@ -134,8 +82,8 @@ impl<T: Real> Motors<T> {
         let fall = stall * T::splat(1.0 / motor.no_load_speed);
         let (friction, inertia) = (c * T::splat(motor.gear_friction), T::splat(motor.reflected_inertia()));
         for ((is_driven, reference), torque) in self.driven.iter().zip(&self.reference).zip(&self.friction) {
-            let driven = StageMotor { stall, fall, friction, inertia, reference: *reference };
-            motors.push(if *is_driven { driven } else { StageMotor::none() });
+            let driven = MotorRow { stall, fall, friction, inertia, reference: *reference };
+            motors.push(if *is_driven { driven } else { MotorRow::none() });
             gear.push(*torque * c);
         }
     }

@@ -5,10 +5,11 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::planar::{Fallback, Newton, Stage, StageSolution, Twist, certify};
 use snake_core::robot::{Motor, RobotConfig};
+use snake_core::rows::MotorRow;
 use snake_core::scene::START_7_5;
 use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
-use snake_core::stepping::{ImplicitConfig, StageMotor};
+use snake_core::stepping::ImplicitConfig;
 use snake_test_support::planar::{
     Hold, LIMP, Random, build, ground, implicit, links, moving_chain, posture, table_7_5,
 };
@@ -192,7 +193,7 @@ fn with_motors(stage: &mut Stage, plays: bool, random: &mut Random) {
         let size = joint.drive.abs() + joint.stiffness;
         let (stall, speed) = (size * random.magnitude(0.03, 3.0), random.magnitude(0.1, 10.0));
         let own = if plays { 0.0 } else { 1.0 };
-        stage.motors.push(StageMotor {
+        stage.motors.push(MotorRow {
             stall,
             fall: stall / speed,
             friction: own * random.magnitude(1e-4, 1e-1) * stall,

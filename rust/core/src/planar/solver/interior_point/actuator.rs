@@ -1,6 +1,6 @@
 use crate::planar::{Stage, StageJoint};
+use crate::rows::MotorRow;
 use crate::solver::MotorTerm;
-use crate::stepping::StageMotor;
 
 use super::actuator_bounds::ActuatorBounds;
 
@@ -43,7 +43,7 @@ pub(super) fn is_bounded(stage: &Stage, joint: usize) -> bool {
 }
 
 /// The impulse of a joint's actuator at a rate.
-pub(super) fn actuator_impulse(joint: &StageJoint, motor: Option<&StageMotor>, rate: f64) -> f64 {
+pub(super) fn actuator_impulse(joint: &StageJoint, motor: Option<&MotorRow>, rate: f64) -> f64 {
     let tight = joint.drive - joint.stiffness * rate;
     let loose = tight - tight.clamp(-joint.slack, joint.slack);
     let impulse = loose.clamp(-joint.limit, joint.limit);
@@ -51,7 +51,7 @@ pub(super) fn actuator_impulse(joint: &StageJoint, motor: Option<&StageMotor>, r
 }
 
 /// The friction of a motor's gear in front of a link of this inertia.
-pub(super) fn gear(motor: &StageMotor, inertia: f64) -> StageJoint {
+pub(super) fn gear(motor: &MotorRow, inertia: f64) -> StageJoint {
     StageJoint { drive: 0.0, stiffness: STIFFEST_GEAR * inertia, limit: motor.friction, slack: 0.0 }
 }
 
@@ -78,16 +78,16 @@ pub(super) fn list_bounded_actuators(stage: &Stage, energy: f64, actuators: &mut
     }
 }
 
-fn falls(motor: Option<&StageMotor>) -> bool {
+fn falls(motor: Option<&MotorRow>) -> bool {
     motor.is_some_and(|motor| motor.fall > 0.0)
 }
 
 /// Lists the straight pieces of one law.
-fn list_pieces(j: usize, joint: &StageJoint, motor: Option<&StageMotor>, actuators: &mut Vec<BoundedActuator>) {
+fn list_pieces(j: usize, joint: &StageJoint, motor: Option<&MotorRow>, actuators: &mut Vec<BoundedActuator>) {
     let StageJoint { drive, stiffness, limit, slack } = *joint;
     // Rates at which the law may bend.
     let mut rates: Vec<f64> = [-limit - slack, -slack, slack, limit + slack].map(|y| (drive - y) / stiffness).to_vec();
-    if let Some(&StageMotor { stall, fall, .. }) = motor {
+    if let Some(&MotorRow { stall, fall, .. }) = motor {
         let line = [(stall - limit) / fall, stall / fall];
         rates.extend(line.into_iter().chain(line.map(|rate| -rate)));
         rates.extend([drive - slack - stall, drive + slack + stall].map(|drive| drive / (stiffness - fall)));

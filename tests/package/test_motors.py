@@ -1,0 +1,175 @@
+"""Motors of the joints: what a user configures, sees and gets refused."""
+
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+
+import snake_env
+from snake_env import PD, ConfigError, Gait, Integrator, Motor, Robot, Scene, Start
+
+WEAK = Motor(stall_torque=3.0, no_load_speed=2.0)
+FAST = Gait.lateral_undulation(omega=np.radians(160))
+GROUND = Scene(friction=(0.2, 0.5))
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_torque_and_power_stay_below_the_line(model):
+    run = snake_env.simulate(
+        model, robot=Robot(motor=WEAK), gait=FAST, scene=GROUND, duration=3.0, record=("velocity",)
+    )
+    assert run.unconverged.sum() == 0
+    torque, rate = -run.joint_torque, run.joint_rate
+    line = np.maximum(3.0 * (1.0 - np.abs(rate) / 2.0), 0.0)
+    driving = torque * rate > 0.0
+    assert (np.abs(torque) < line + 1e-6)[driving].all()
+    assert ((np.abs(torque) > line - 1e-6) & (line < 2.9) & (line > 0.0))[driving].any(), "the line must be met"
+    assert 0.5 < run.motor_power.max() < 1.5
+    # Heat is torque^2 times the slope of the line.
+    assert (run.electrical_power >= run.motor_power).all()
+    free = snake_env.simulate(model, gait=FAST, scene=GROUND, duration=3.0, record=("power",))
+    assert free.motor_power is None
+    assert free.actuator_power.max() > 3.0
+
+
+def test_heat_follows_the_torque_of_a_motor_that_holds():
+    """A gear without friction holds a bent joint against the ground's friction by torque alone."""
+    bent = Start(posture=[0.5] * 10)
+    hold = Gait.lateral_undulation(amplitude=0.0, gamma=0.6)
+    run = snake_env.simulate(
+        robot=Robot(motor=WEAK), controller=PD(kp=5.0, kd=5.0), gait=hold, start=bent, duration=20.0
+    )
+    assert np.abs(run.motor_power[-1]).max() < 1e-6
+    heat = run.joint_torque[-1] ** 2 * WEAK.no_load_speed / WEAK.stall_torque
+    np.testing.assert_allclose(run.electrical_power[-1], heat, rtol=1e-4, atol=1e-9)
+    assert heat.max() > 1e-3
+
+
+def test_a_robot_without_motor_has_none_of_it():
+    run = snake_env.simulate(duration=0.2)
+    assert run.motor_power is None
+    assert run.electrical_power is None
+
+
+@pytest.mark.parametrize("action_mode", ["gait", "joints", "torques"])
+@pytest.mark.parametrize("env_id", ["SnakeField-v1", "SnakeSpatial-v1"])
+def test_environments_report_power_and_count_what_motors_draw(env_id, action_mode):
+    motor = Motor(stall_torque=4.0, no_load_speed=3.0, rotor_inertia=1e-6, gear_ratio=50.0, gear_friction=0.1)
+    totals = {}
+    for energy in ("mechanical", "electrical"):
+        envs = gymnasium.make_vec(env_id, num_envs=3, robot=Robot(motor=motor), energy=energy, action_mode=action_mode)
+        envs.reset(seed=0)
+        envs.action_space.seed(0)
+        drawn, done = np.zeros(3), np.zeros(3)
+        for _ in range(20):
+            info = envs.step(envs.action_space.sample())[-1]
+            drawn += envs.unwrapped.control_period * info["electrical_power"]
+            done += info["positive_work"]
+            assert not info["unconverged"].any()
+            assert (info["motor_power"] <= info["electrical_power"] + 1e-9).all()
+        totals[energy] = info["energy"]
+        expected = drawn if energy == "electrical" else done
+        np.testing.assert_allclose(info["energy"], expected, rtol=1e-9)
+        envs.close()
+    assert (totals["electrical"] > 1.5 * totals["mechanical"]).all()
+
+
+def test_torques_as_actions_reach_the_stall_torque():
+    """The largest torque of an action is the motor's."""
+    envs = gymnasium.make_vec("SnakeFree-v1", num_envs=1, robot=Robot(motor=WEAK), action_mode="torques")
+    envs.reset(seed=0)
+    envs.step(np.full((1, 10), 1.0, np.float32))
+    assert np.abs(envs.unwrapped.state().joint_torque).max() <= 3.0 + 1e-9
+    envs.close()
+
+
+def test_saved_states_and_runs_keep_motors(tmp_path):
+    motor = Motor(stall_torque=4.0, no_load_speed=3.0, rotor_inertia=1e-3, gear_friction=0.4)
+    run = snake_env.simulate(robot=Robot(motor=motor), duration=0.3)
+    run.save(tmp_path / "run.npz")
+    again = snake_env.load_trajectory(tmp_path / "run.npz")
+    assert again.robot == run.robot
+    np.testing.assert_array_equal(again.electrical_power, run.electrical_power)
+    envs = gymnasium.make_vec("SnakeField-v1", num_envs=2, robot=Robot(motor=motor))
+    envs.reset(seed=1)
+    action = np.tile(np.linspace(-1.0, 1.0, envs.single_action_space.shape[0], dtype=np.float32), (2, 1))
+    for _ in range(10):
+        envs.step(action)
+    saved = envs.unwrapped.get_state()
+    first = envs.step(action)[0]
+    envs.unwrapped.set_state(saved)
+    np.testing.assert_array_equal(envs.step(action)[0], first)
+    envs.close()
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda: Motor(stall_torque=0.0, no_load_speed=1.0), r"motor.stall_torque = 0"),
+        (lambda: Motor(stall_torque=1.0, no_load_speed=np.inf), r"motor.no_load_speed = inf"),
+        (lambda: Motor(stall_torque=1.0, no_load_speed=1.0, rotor_inertia=-1.0), r"motor.rotor_inertia = -1"),
+        (lambda: Motor(stall_torque=1.0, no_load_speed=1.0, gear_ratio=0.0), r"motor.gear_ratio = 0"),
+        (lambda: Motor(stall_torque=1.0, no_load_speed=1.0, gear_friction=np.nan), r"motor.gear_friction = nan"),
+        (lambda: Robot(motor=3), r"robot.motor = 3"),
+        (lambda: Robot(motor={"stall_torque": 1.0}), r"robot.motor.no_load_speed = missing"),
+        (lambda: Robot(motor=Motor(1.0, 1.0, gear_friction=0.1), backlash=0.1), r"robot.backlash = 0.1"),
+        (lambda: snake_env.simulate("minimal", robot=Robot(motor=WEAK)), r"robot.motor"),
+        (lambda: snake_env.simulate(robot=Robot(motor=WEAK), integrator=Integrator(method="thesis")), r"robot.motor"),
+        (lambda: gymnasium.make_vec("SnakeField-v1", num_envs=1, energy="electrical"), r'energy = "electrical"'),
+        (
+            lambda: gymnasium.make_vec(
+                "SnakeField-v1",
+                num_envs=1,
+                robot=Robot(motor=Motor(1.0, 1.0, rotor_inertia=1e-3)),
+                randomization={"backlash": (0.0, 0.05)},
+            ),
+            r"randomization.backlash",
+        ),
+    ],
+)
+def test_what_is_not_admissible_is_named(make, field):
+    with pytest.raises(ConfigError, match=field):
+        make()
+
+
+def test_presets_are_what_their_sources_say():
+    aiko, servo = Motor.aiko(), Motor.xh430()
+    assert 0.25 * aiko.stall_torque * aiko.no_load_speed == pytest.approx(6.0)
+    assert (servo.stall_torque, servo.gear_ratio) == (3.4, 353.5)
+    assert servo.no_load_speed == pytest.approx(np.pi)
+    assert Motor.aiko(stall_torque=2.0).stall_torque == 2.0
+
+
+def test_rotor_and_gear_move_as_in_mujoco():
+    """In free flight at small steps, where the joints move far below their no-load speed."""
+    mujoco = pytest.importorskip("mujoco")
+    motor = Motor(stall_torque=50.0, no_load_speed=1e6, rotor_inertia=2e-5, gear_ratio=10.0, gear_friction=0.3)
+    robot = Robot(links=4, gravity=1e-6, motor=motor, axes=["yaw", "pitch", "yaw"], self_contact=False)
+    controller, scene = PD(kp=8.0, kd=0.05), Scene(friction=(0.0, 0.0))
+    start = Start(posture="straight", position=(0.0, 0.0, 9.0))
+    with pytest.warns(UserWarning, match="torque-speed line"):
+        document = scene.to_mjcf(robot=robot, controller=controller, start=start, step=1e-4)
+    model = mujoco.MjModel.from_xml_string(document)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    target = np.array([0.5, -0.4, 0.3])
+    data.ctrl[:] = target
+    angles = []
+    for step in range(5001):
+        if step % 1000 == 0:
+            angles.append(data.qpos[7:].copy())
+        mujoco.mj_step(model, data)
+    held = snake_env.JointTrajectory(time=[0.0, 1.0], angle=np.tile(target, (2, 1)))
+    run = snake_env.simulate(
+        "spatial",
+        robot=robot,
+        controller=controller,
+        scene=scene,
+        start=start,
+        gait=held,
+        duration=0.5,
+        integrator=Integrator(step=1e-4),
+    )
+    np.testing.assert_allclose(run.joint_angle, angles, atol=3e-4)
+    assert np.abs(run.joint_angle).max() > 0.3
