@@ -82,6 +82,13 @@ impl<T: Real> MotorTerm<T> {
         (-(impulse + own) * change, (stiffness + own_stiffness) * change * change)
     }
 
+    /// Part of the change at which the gear sticks; not a number where it has no friction.
+    #[inline(always)]
+    pub fn kink(&self, rate: T, change: T) -> T {
+        let kink = (self.centre / self.penalty - rate) / change;
+        T::select(T::zero().lt(self.motor.friction), kink, T::splat(f64::NAN))
+    }
+
     /// Square of the velocity by which the friction's law is violated.
     #[inline(always)]
     pub fn squared_error(&self) -> T {

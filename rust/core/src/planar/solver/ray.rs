@@ -92,5 +92,9 @@ impl<T: Real> Ray<T> for Step<'_, T> {
         for link in &self.newton.links {
             nearest.consider(link.friction.kink(&linear(&link.start), &linear(&link.step)));
         }
+        for (motor, links) in self.newton.motors.iter().zip(self.newton.links.windows(2)) {
+            let [start, step] = [links[1].start.z - links[0].start.z, links[1].step.z - links[0].step.z];
+            nearest.consider(motor.kink(start, step));
+        }
     }
 }

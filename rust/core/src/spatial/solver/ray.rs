@@ -73,6 +73,10 @@ impl<T: Real> Ray<T> for Step<'_, T> {
                 nearest.consider(kink);
             }
         }
+        for (axis, motor) in self.newton.motors.iter().enumerate() {
+            let link = &self.newton.links[axis / 2 + 1];
+            nearest.consider(motor.kink(link.rates[axis % 2], link.step_rates[axis % 2]));
+        }
         self.newton
             .obstacle_friction
             .visit_kinks(&self.newton.contacts, &self.newton.links, |kink| nearest.consider(kink));
