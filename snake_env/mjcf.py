@@ -93,7 +93,7 @@ def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
         )
     if scene.stribeck.drop or any(scene.viscous):
         raise ConfigError("scene", "friction that depends on speed", "only Coulomb friction for MuJoCo")
-    if robot.motor is not None:
+    if robot.motor is not None and math.isfinite(robot.motor.no_load_speed):
         # At the call of Scene.to_mjcf.
         warnings.warn("left out: the torque-speed line of robot.motor", UserWarning, stacklevel=4)
     for field, value, expected in (
@@ -203,6 +203,7 @@ def _rotor(robot: Robot, joint: int, step: float) -> dict[str, Any]:
     return {
         "armature": motor.rotor_inertia * motor.gear_ratio**2,
         "frictionloss": motor.gear_friction,
+        "damping": motor.gear_damping,
         "solreffriction": (2.0 * step, 1.0),
         "solimpfriction": (0.9999, 0.9999),
     }
@@ -229,9 +230,9 @@ def _hinge(joint: int, axis: Any) -> dict[str, Any]:
 
 
 def _servo(controller: PD, robot: Robot) -> dict[str, Any]:
-    limits = (controller.torque_limit, None if robot.motor is None else robot.motor.stall_torque)
-    limit = min((limit for limit in limits if limit is not None), default=None)
-    bounds = {} if limit is None else {"forcerange": (-limit, limit), "forcelimited": "true"}
+    stall = math.inf if robot.motor is None else robot.motor.stall_torque
+    limit = min(stall, math.inf if controller.torque_limit is None else controller.torque_limit)
+    bounds = {} if math.isinf(limit) else {"forcerange": (-limit, limit), "forcelimited": "true"}
     return {"kp": controller.kp, "kv": controller.kd, **bounds}
 
 

@@ -17,24 +17,27 @@ class Motor(Section):
     it gives up to ``stall_torque``. It never gives more than the controller's ``torque_limit``. It is an ideal DC
     motor: its electrical power is the mechanical one and the heat ``torque^2 no_load_speed / stall_torque``. The
     inertia of the rotor, times ``gear_ratio^2``, resists changes of the joint's rate. The friction of the gear obeys
-    Coulomb's law with a constant bound: a load below it does not turn the gear back.
+    Coulomb's law with a constant bound: a load below it does not turn the gear back. ``Motor()`` changes nothing.
 
     Args:
-        stall_torque: torque at the joint when it does not turn [N m], > 0.
-        no_load_speed: rate of the joint at which the motor gives no torque any more [rad/s], > 0.
+        stall_torque: torque at the joint when it does not turn [N m], > 0; ``inf``: whatever the controller asks for.
+        no_load_speed: rate of the joint at which the motor gives no torque any more [rad/s], > 0; ``inf``: the torque
+            does not fall, and the motor has no heat.
         rotor_inertia: moment of inertia of the rotor, before the gear [kg m^2], >= 0.
-        gear_friction: torque at the joint that the friction of the gear resists with [N m], >= 0. With rotor inertia or
-            gear friction a robot has no backlash.
+        gear_friction: torque at the joint that the friction of the gear resists with [N m], >= 0. With rotor inertia,
+            gear friction or gear damping a robot has no backlash.
         gear_ratio: turns of the rotor in one of the joint, > 0.
+        gear_damping: viscous friction of the gear, at the joint [N m s/rad], >= 0.
     """
 
     _section = "motor"
 
-    stall_torque: float
-    no_load_speed: float
+    stall_torque: float = math.inf
+    no_load_speed: float = math.inf
     rotor_inertia: float = 0.0
     gear_friction: float = 0.0
     gear_ratio: float = 1.0
+    gear_damping: float = 0.0
 
     @classmethod
     def aiko(cls, **changes: Any) -> Motor:

@@ -161,7 +161,8 @@ class Robot(Section):
         actuator drives are limp, unless none is driven; those with springs of 1e9 N m/rad, as
         :meth:`Scene.to_mjcf` writes them, are locked.
 
-        Gains and torque limits belong to :class:`PD`, friction to :class:`Scene`; neither is read.
+        Gains and torque limits belong to :class:`PD`, friction to :class:`Scene`; neither is read. Armature, friction
+        and damping that are the same at all driven joints are those of the ``motor``.
 
         Args:
             path: of the file; what :meth:`Scene.to_mjcf` writes is one.
@@ -173,7 +174,7 @@ class Robot(Section):
             ConfigError: names file, body and element, the value, and what a robot can have.
 
         Warns:
-            UserWarning: lists what is left out, such as damping and armature of the joints.
+            UserWarning: lists what is left out, such as springs at the joints.
         """
         return cls(**_from_file(path, tolerance, changes))
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from snake_env import _checks
 from snake_env._documents import reading, require_size
 from snake_env._extras import extras
+from snake_env.config.motor import Motor
 from snake_env.config.robot import LOCK_STIFFNESS, UNIT_AXES
 from snake_env.errors import ConfigError
 
@@ -96,6 +97,8 @@ class _Chain:
             found["locked"] = self.locked
         if "limp" not in given:
             found["limp"] = self.limp
+        if "motor" not in given and any(self.passive.values()):
+            found["motor"] = Motor(**self.passive)
         if "gravity" not in given:
             found["gravity"] = 0.0 if self._is_off("GRAVITY") else float(np.linalg.norm(self.model.opt.gravity))
             if not found["gravity"]:
@@ -107,6 +110,23 @@ class _Chain:
             # At the call of Robot.from_mjcf.
             warnings.warn(f"{self.file}: left out " + "; ".join(left_out), UserWarning, stacklevel=5)
         return {name: value for name, value in found.items() if name not in given}
+
+    @cached_property
+    def passive(self) -> dict[str, float]:
+        """Fields of the motor: armature, friction and damping that are the same at all joints that have a motor."""
+        dofs = self.model.jnt_dofadr[self._driven]
+        values = {
+            "rotor_inertia": self.model.dof_armature[dofs],
+            "gear_friction": self.model.dof_frictionloss[dofs],
+            "gear_damping": self.model.dof_damping[dofs],
+        }
+        return {name: float(each[0]) for name, each in values.items() if each.size and np.ptp(each) == 0.0}
+
+    @cached_property
+    def _driven(self) -> list[int]:
+        """Hinges of the joints that are neither locked nor limp."""
+        broken = (*self.locked, *self.limp)
+        return [hinge for joint, link in enumerate(self.links[1:]) for hinge in link.hinges if joint not in broken]
 
     @cached_property
     def revolute(self) -> set[str | None]:
@@ -370,15 +390,20 @@ class _Chain:
         )
         hinges = [hinge for hinge in self.hinges if hinge not in locked]
         dofs, held = model.jnt_dofadr[hinges], (model.qpos_spring - model.qpos0)[model.jnt_qposadr[locked]]
+
+        def others(field: str) -> Array:
+            """1 for hinges whose value the motor does not have, 0 for the others."""
+            return np.where(np.isin(hinges, self._driven) & (field in self.passive), 0.0, 1.0)
+
         for body in self.crosses:
             if model.body_mass[body]:
                 yield f"the motion of {self._name('body', body)} ({model.body_mass[body]:g} kg) in the link behind it"
         for joint in self.supports:
             yield f"{self._name('joint', joint)}, between the robot and the world"
         for kind, numbers, name, values, unit in (
-            ("joint", hinges, "damping", model.dof_damping[dofs], "N m s/rad"),
-            ("joint", hinges, "frictionloss", model.dof_frictionloss[dofs], "N m"),
-            ("joint", hinges, "armature", model.dof_armature[dofs], "kg m^2"),
+            ("joint", hinges, "damping", model.dof_damping[dofs] * others("gear_damping"), "N m s/rad"),
+            ("joint", hinges, "frictionloss", model.dof_frictionloss[dofs] * others("gear_friction"), "N m"),
+            ("joint", hinges, "armature", model.dof_armature[dofs] * others("rotor_inertia"), "kg m^2"),
             ("joint", hinges, "stiffness", model.jnt_stiffness[hinges], "N m/rad"),
             ("joint", locked, "angle of the lock", held, "rad, the start's"),
             ("body", bodies, "gravcomp", model.body_gravcomp[bodies], "of the weight"),

@@ -63,10 +63,6 @@ class Section:
         for name, one in value.items():
             if name not in known and name not in cls._aliases:
                 raise ConfigError(f"{path}.{name}", repr(one), "a known field: " + ", ".join(known))
-        for field in dataclasses.fields(cls):  # type: ignore[arg-type]
-            required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-            if field.init and required and field.name not in value:
-                raise ConfigError(f"{path}.{field.name}", "missing", "a value")
         try:
             return cls(**value)
         except ConfigError as error:

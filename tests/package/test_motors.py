@@ -107,12 +107,13 @@ def test_saved_states_and_runs_keep_motors(tmp_path):
     ("make", "field"),
     [
         (lambda: Motor(stall_torque=0.0, no_load_speed=1.0), r"motor.stall_torque = 0"),
-        (lambda: Motor(stall_torque=1.0, no_load_speed=np.inf), r"motor.no_load_speed = inf"),
+        (lambda: Motor(stall_torque=1.0, no_load_speed=np.nan), r"motor.no_load_speed = nan"),
+        (lambda: Motor(gear_damping=-1.0), r"motor.gear_damping = -1"),
         (lambda: Motor(stall_torque=1.0, no_load_speed=1.0, rotor_inertia=-1.0), r"motor.rotor_inertia = -1"),
         (lambda: Motor(stall_torque=1.0, no_load_speed=1.0, gear_ratio=0.0), r"motor.gear_ratio = 0"),
         (lambda: Motor(stall_torque=1.0, no_load_speed=1.0, gear_friction=np.nan), r"motor.gear_friction = nan"),
         (lambda: Robot(motor=3), r"robot.motor = 3"),
-        (lambda: Robot(motor={"stall_torque": 1.0}), r"robot.motor.no_load_speed = missing"),
+        (lambda: Robot(motor={"stall": 1.0}), r"robot.motor.stall"),
         (lambda: Robot(motor=Motor(1.0, 1.0, gear_friction=0.1), backlash=0.1), r"robot.backlash = 0.1"),
         (lambda: snake_env.simulate("minimal", robot=Robot(motor=WEAK)), r"robot.motor"),
         (lambda: snake_env.simulate(robot=Robot(motor=WEAK), integrator=Integrator(method="thesis")), r"robot.motor"),
@@ -141,15 +142,29 @@ def test_presets_are_what_their_sources_say():
     assert Motor.aiko(stall_torque=2.0).stall_torque == 2.0
 
 
+def test_the_line_is_left_out_of_a_model_of_mujoco():
+    pytest.importorskip("mujoco")
+    with pytest.warns(UserWarning, match="torque-speed line") as caught:
+        document = Scene().to_mjcf(robot=Robot(motor=WEAK))
+    assert caught[0].filename == __file__
+    assert 'forcerange="-3.0 3.0"' in document or 'forcerange="-3 3"' in document
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_a_motor_without_limits_changes_nothing(model):
+    plain, driven = (snake_env.simulate(model, robot=Robot(motor=motor), duration=0.5) for motor in (None, Motor()))
+    np.testing.assert_allclose(driven.position, plain.position, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(driven.electrical_power, np.maximum(driven.motor_power, driven.electrical_power))
+
+
 def test_rotor_and_gear_move_as_in_mujoco():
-    """In free flight at small steps, where the joints move far below their no-load speed."""
+    """In free flight at small steps."""
     mujoco = pytest.importorskip("mujoco")
-    motor = Motor(stall_torque=50.0, no_load_speed=1e6, rotor_inertia=2e-5, gear_ratio=10.0, gear_friction=0.3)
+    motor = Motor(rotor_inertia=2e-5, gear_ratio=10.0, gear_friction=0.3, gear_damping=0.03)
     robot = Robot(links=4, gravity=1e-6, motor=motor, axes=["yaw", "pitch", "yaw"], self_contact=False)
     controller, scene = PD(kp=8.0, kd=0.05), Scene(friction=(0.0, 0.0))
     start = Start(posture="straight", position=(0.0, 0.0, 9.0))
-    with pytest.warns(UserWarning, match="torque-speed line"):
-        document = scene.to_mjcf(robot=robot, controller=controller, start=start, step=1e-4)
+    document = scene.to_mjcf(robot=robot, controller=controller, start=start, step=1e-4)
     model = mujoco.MjModel.from_xml_string(document)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from snake_env import PD, ConfigError, Integrator, JointTrajectory, Robot, Scene, Start, simulate
+from snake_env import PD, ConfigError, Integrator, JointTrajectory, Motor, Robot, Scene, Start, simulate
 from snake_env.config.robot import per_link
 from snake_env.obstacles import Box
 
@@ -43,8 +43,9 @@ def bounds(robot):
         Robot(links=6, axes=["yaw", "roll", (1.0, 2.0, 3.0), "both", (0.0, -1.0, 0.0)], self_contact=False),
         Robot(links=5, axes=["pitch", "yaw", "both", "roll"], joint_limit=[(-0.3, 1.2), 0.4, (0.0, 1.0), np.inf]),
         Robot(links=5, axes=["pitch", "yaw", "both", "both"], locked=(0, 2), limp=(3,)),
+        Robot(links=4, limp=(1,), motor=Motor(rotor_inertia=1e-3, gear_friction=0.1, gear_damping=0.02)),
     ],
-    ids=["aiko", "two", "uneven", "axes", "limits", "broken"],
+    ids=["aiko", "two", "uneven", "axes", "limits", "broken", "motor"],
 )
 def test_a_robot_survives_the_way_through_a_file(robot, from_text):
     """Of scenes on a slope, with obstacles, at any place."""
@@ -56,7 +57,7 @@ def test_a_robot_survives_the_way_through_a_file(robot, from_text):
     np.testing.assert_allclose(bounds(found), bounds(robot), rtol=0.0, atol=1e-12)
     assert found.gravity == pytest.approx(robot.gravity, abs=1e-12)
     assert found.self_contact is robot.self_contact
-    assert (found.locked, found.limp) == (robot.locked, robot.limp)
+    assert (found.locked, found.limp, found.motor) == (robot.locked, robot.limp, robot.motor)
     assert (found.axes == "both") == (robot.axes == "both")
     for (joint, axis), (given_joint, given) in zip(found.joint_axes, robot.joint_axes, strict=True):
         assert joint == given_joint
@@ -409,10 +410,11 @@ def test_what_is_left_out_is_listed(from_text):
     with pytest.warns(UserWarning, match="left out") as caught:
         robot = from_text(text)
     assert (robot.gravity, robot.limp) == (5.0, (1,))
+    assert robot.motor == Motor(rotor_inertia=0.1, gear_damping=1.0)
     assert [str(one.message) for one in caught] == [
         'snake.xml: left out joint "x", between the robot and the world; '
         'joint "turn", between the robot and the world; '
-        'damping of joint "p" and 1 more (2 N m s/rad); armature of joint "p" and 1 more (0.1 kg m^2); '
+        'damping of joint "q" (2 N m s/rad); armature of joint "q" (0.1 kg m^2); '
         'stiffness of joint "p" and 1 more (3 N m/rad); '
         "the direction of option gravity (3 0 -4); 1 contact exclusions; "
         'option density (1000); option viscosity (0.1); tendon "t"'

@@ -131,7 +131,8 @@ impl ControllerConfig {
     /// The same within the torque of a motor.
     #[must_use]
     pub fn driven_by(self, motor: Option<&Motor>) -> Self {
-        let limit = self.torque_limit.into_iter().chain(motor.map(|motor| motor.stall_torque)).reduce(f64::min);
+        let stall = motor.map(|motor| motor.stall_torque).filter(|stall| stall.is_finite());
+        let limit = self.torque_limit.into_iter().chain(stall).reduce(f64::min);
         Self { torque_limit: limit, ..self }
     }
 

@@ -326,7 +326,7 @@ pub const MAX_LINKS: usize = 10_000;
 const RIGHT_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
 /// What backlash must be where [`Motor::needs_tight_gear`].
-pub const NO_PLAY: &str = "0 with a motor that has rotor inertia or gear friction";
+pub const NO_PLAY: &str = "0 with a motor that has rotor inertia, or gear friction or damping";
 
 /// Largest backlash, a quarter turn \[rad\].
 pub const MOST_PLAY: f64 = std::f64::consts::FRAC_PI_2;

@@ -13,3 +13,10 @@ pub(crate) fn drive<T: Real>(impulse: T, tight: T, slack: T, limit: T, motor: Op
     let most = |rate: T| limit.min((motor.stall - motor.fall * rate).max(zero));
     clamp_between(impulse, wanted, -most(-rate), most(rate))
 }
+
+/// What a motor gives beside its drive at a rate, with the friction `gear` \[N m s\].
+#[inline(always)]
+pub(crate) fn motor<T: Real>(motor: &MotorRow<T>, gear: T, rate: T) -> T {
+    let MotorRow { inertia, reference, damping, .. } = *motor;
+    gear + inertia * reference - (inertia + damping) * rate
+}

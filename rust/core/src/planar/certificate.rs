@@ -167,7 +167,7 @@ fn joint_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, joint: 
     }
     if let (Some(motor), Some(gear)) = (stage.motors.get(joint), solution.gear.get(joint)) {
         let (first, second) = (&solution.twist[joint], &solution.twist[joint + 1]);
-        impulse += *gear + motor.inertia * (motor.reference - (second.z - first.z));
+        impulse += judge::motor(motor, *gear, second.z - first.z);
     }
     impulse
 }

@@ -15,8 +15,9 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
     for (row, impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
         work.friction += *impulse * dot(&row.direction, &twist[row.link]);
     }
-    for (j, impulse) in solution.gear.iter().enumerate() {
-        work.friction += *impulse * (twist[j + 1].z - twist[j].z);
+    for (j, (impulse, motor)) in solution.gear.iter().zip(&stage.motors).enumerate() {
+        let rate = twist[j + 1].z - twist[j].z;
+        work.friction += (*impulse - motor.damping * rate) * rate;
     }
     for (j, impulse) in actuator.iter().enumerate() {
         work.add_drive(*impulse, twist[j + 1].z - twist[j].z, stage.motors.get(j));

@@ -1,45 +1,66 @@
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::error::{ConfigError, non_negative, positive};
+use crate::error::{ConfigError, non_negative, positive, require};
 
 /// The motor of each joint axis behind its gear.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Motor {
-    /// Torque at the joint when it does not turn \[N m\].
+    /// Torque at the joint when it does not turn; infinite: whatever the controller asks for \[N m\].
+    #[serde(deserialize_with = "unbounded")]
     pub stall_torque: f64,
-    /// Rate of the joint at which the motor gives no torque any more \[rad/s\].
+    /// Rate of the joint at which the motor gives no torque any more; infinite: the torque does not fall \[rad/s\].
+    #[serde(deserialize_with = "unbounded")]
     pub no_load_speed: f64,
     /// Moment of inertia of the rotor, before the gear \[kg m^2\].
-    #[serde(default)]
     pub rotor_inertia: f64,
     /// Turns of the rotor in one of the joint.
-    #[serde(default = "direct")]
     pub gear_ratio: f64,
     /// Torque at the joint that Coulomb's friction of the gear resists with \[N m\].
-    #[serde(default)]
     pub gear_friction: f64,
+    /// Viscous friction of the gear, at the joint \[N m s/rad\].
+    pub gear_damping: f64,
 }
 
-fn direct() -> f64 {
-    1.0
+/// A number that may be infinite, which readers of configurations refuse elsewhere.
+#[derive(Deserialize)]
+struct Unbounded(f64);
+
+fn unbounded<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Unbounded::deserialize(deserializer).map(|number| number.0)
+}
+
+impl Default for Motor {
+    /// Any torque at any rate, directly on the joint.
+    fn default() -> Self {
+        Self {
+            stall_torque: f64::INFINITY,
+            no_load_speed: f64::INFINITY,
+            rotor_inertia: 0.0,
+            gear_ratio: 1.0,
+            gear_friction: 0.0,
+            gear_damping: 0.0,
+        }
+    }
 }
 
 impl Motor {
     /// # Errors
     /// Names the field that is out of range.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        positive("stall_torque", self.stall_torque)?;
-        positive("no_load_speed", self.no_load_speed)?;
+        for (field, value) in [("stall_torque", self.stall_torque), ("no_load_speed", self.no_load_speed)] {
+            require(value > 0.0, field, value, "a number > 0, or inf for none")?;
+        }
         non_negative("rotor_inertia", self.rotor_inertia)?;
         positive("gear_ratio", self.gear_ratio)?;
         non_negative("gear_friction", self.gear_friction)?;
+        non_negative("gear_damping", self.gear_damping)?;
         Ok(())
     }
 
     /// Whether the joint follows the motor through a rotor or a gear of its own state, which backlash would part from it.
     pub fn needs_tight_gear(&self) -> bool {
-        self.rotor_inertia > 0.0 || self.gear_friction > 0.0
+        self.rotor_inertia > 0.0 || self.gear_friction > 0.0 || self.gear_damping > 0.0
     }
 
     /// Inertia of the rotor that the joint feels \[kg m^2\].

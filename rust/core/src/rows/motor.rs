@@ -4,8 +4,8 @@
 //! phi')` downwards, not below zero: less and less the faster it drives, up to its limit where it brakes. Within these
 //! bounds it gives what its PD law asks for. All of that falls with the rate, so the torque is minus the gradient of a
 //! convex function. The rotor's inertia J adds `J (phi'_A - phi')` over a stage, with the rate phi'_A that it would keep
-//! without any torque, and the friction of the gear `-phi' in N_[-b, b](P)`: both are convex too. A stage keeps its one
-//! solution.
+//! without any torque, the damping of the gear `-c d phi'`, and its friction `-phi' in N_[-b, b](P)`: all are convex too.
+//! A stage keeps its one solution.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,10 +28,13 @@ pub struct MotorRow<T = f64> {
     pub inertia: T,
     /// phi'_A \[rad/s\].
     pub reference: T,
+    /// c times the damping of the gear \[N m s^2\].
+    #[serde(default = "T::zero")]
+    pub damping: T,
 }
 
 laned! {
-    MotorRow { stall, fall, friction, inertia, reference };
+    MotorRow { stall, fall, friction, inertia, reference, damping };
 }
 
 impl<T: Real> MotorRow<T> {
@@ -39,7 +42,8 @@ impl<T: Real> MotorRow<T> {
     #[inline(always)]
     pub fn none() -> Self {
         let zero = T::zero();
-        Self { stall: T::splat(f64::INFINITY), fall: zero, friction: zero, inertia: zero, reference: zero }
+        let stall = T::splat(f64::INFINITY);
+        Self { stall, fall: zero, friction: zero, inertia: zero, reference: zero, damping: zero }
     }
 
     /// Heat of an ideal DC motor that gives an impulse, `c torque^2 omega_0 / stall torque`, over the stage \[J\].
@@ -49,9 +53,9 @@ impl<T: Real> MotorRow<T> {
         T::select(zero.lt(self.fall), impulse * impulse / self.fall, zero)
     }
 
-    /// Impulse of the inertia at a rate.
+    /// Impulse of inertia and damping at a rate, and its decrease per rate.
     #[inline(always)]
-    pub fn rotor_impulse(&self, rate: T) -> T {
-        self.inertia * (self.reference - rate)
+    pub fn passive(&self, rate: T) -> (T, T) {
+        (self.inertia * (self.reference - rate) - self.damping * rate, self.inertia + self.damping)
     }
 }

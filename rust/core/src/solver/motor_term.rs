@@ -3,8 +3,8 @@ use crate::rows::MotorRow;
 
 use super::LawForm;
 
-/// The motor of one joint axis: the drive within its torque-speed line, and the inertia of its rotor, both single-valued;
-/// and the friction of its gear in proximal form, P = clamp(centre - r phi', +-b).
+/// The motor of one joint axis: the drive within its torque-speed line, the inertia of its rotor and the damping of its
+/// gear, all single-valued; and the friction of its gear in proximal form, P = clamp(centre - r phi', +-b).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotorTerm<T: Real> {
     motor: MotorRow<T>,
@@ -69,7 +69,8 @@ impl<T: Real> MotorTerm<T> {
         };
         self.slope = T::select(sticks, self.penalty, T::zero());
         self.friction = T::select(sticks, wanted, slides);
-        (self.friction + self.motor.rotor_impulse(rate), self.slope + self.motor.inertia)
+        let (impulse, stiffness) = self.motor.passive(rate);
+        (self.friction + impulse, self.slope + stiffness)
     }
 
     /// First and second derivative by alpha of the laws' function at rate + alpha change, `drive` without the line among

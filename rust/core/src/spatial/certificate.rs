@@ -190,7 +190,7 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
                 left += stop.lever * (*lower - *upper);
             }
             if let (Some(motor), Some(gear)) = (stage.motors.get(2 * i + k), solution.gear.get(2 * i + k)) {
-                left += *gear + motor.inertia * (motor.reference - solution.rate[i][k]);
+                left += judge::motor(motor, *gear, solution.rate[i][k]);
             }
             certificate.balance = worse(certificate.balance, left.abs() * mobility.end);
         }

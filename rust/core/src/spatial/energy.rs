@@ -20,8 +20,8 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         let x = &solution.twist[contact.link];
         total.friction += p.x * along.dot(x) + p.y * across.dot(x);
     }
-    for (rate, gear) in solution.rate.iter().flatten().zip(&solution.gear) {
-        total.friction += *gear * *rate;
+    for ((rate, gear), motor) in solution.rate.iter().flatten().zip(&solution.gear).zip(&stage.motors) {
+        total.friction += (*gear - motor.damping * *rate) * *rate;
     }
     for (j, (rate, drive)) in solution.rate.iter().zip(&solution.actuator).enumerate() {
         for axis in 0..2 {

@@ -15,8 +15,9 @@ use snake_test_support::planar::{
 };
 use snake_test_support::planar_stage::{self as dense, Kind};
 
-const MOTOR: Motor =
-    Motor { stall_torque: 0.4, no_load_speed: 1.0, rotor_inertia: 0.0, gear_ratio: 1.0, gear_friction: 0.0 };
+fn motor() -> Motor {
+    Motor { stall_torque: 0.4, no_load_speed: 1.0, ..Motor::default() }
+}
 
 /// Inertia of a joint of two free links of Aiko that are nearly straight.
 const PAIR: f64 = 0.5 * 1.32e-3;
@@ -40,7 +41,7 @@ fn pair(motor: Motor, pd: &ControllerConfig, rate: f64, scheme: &ImplicitConfig)
 #[test]
 fn a_free_joint_spins_up_along_the_torque_speed_line() {
     for (rotor_inertia, gear_ratio) in [(0.0, 1.0), (1e-5, 10.0)] {
-        let motor = Motor { rotor_inertia, gear_ratio, ..MOTOR };
+        let motor = Motor { rotor_inertia, gear_ratio, ..motor() };
         let constant = (PAIR + rotor_inertia * gear_ratio * gear_ratio) * motor.no_load_speed / motor.stall_torque;
         for (order, bound) in [(1, 5e-3), (2, 2e-5)] {
             let mut pair = pair(motor, &ControllerConfig::default(), 0.0, &implicit(1e-2 * constant, order));
@@ -57,7 +58,7 @@ fn a_free_joint_spins_up_along_the_torque_speed_line() {
 /// Whatever the reference asks for, a motor that drives stays below its line, and one that brakes below its limit.
 #[test]
 fn torques_stay_below_the_line_in_driving_and_below_the_limit_in_braking() {
-    let motor = Motor { stall_torque: 3.0, no_load_speed: 4.0, ..MOTOR };
+    let motor = Motor { stall_torque: 3.0, no_load_speed: 4.0, ..motor() };
     let (limit, mut counts) = (2.0, [0; 3]);
     let pd = ControllerConfig { torque_limit: Some(limit), ..ControllerConfig::default() };
     for (step, order) in [(1e-3, 1), (1e-2, 1), (1e-3, 2), (1e-2, 2)] {
@@ -88,7 +89,7 @@ fn torques_stay_below_the_line_in_driving_and_below_the_limit_in_braking() {
 /// against anything weaker. It takes the kinetic energy of links and rotor.
 #[test]
 fn the_friction_of_a_gear_stops_a_joint_and_holds_it() {
-    let motor = Motor { rotor_inertia: 1e-3, gear_friction: 0.05, ..MOTOR };
+    let motor = Motor { rotor_inertia: 1e-3, gear_friction: 0.05, ..motor() };
     let (inertia, rate) = (PAIR + 1e-3, 0.3);
     let end = rate * inertia / motor.gear_friction;
     for order in [1, 2] {
@@ -114,11 +115,30 @@ fn the_friction_of_a_gear_stops_a_joint_and_holds_it() {
     }
 }
 
+/// The damping d of a gear slows a joint without drive as exp(-t d / I), and takes its energy.
+#[test]
+fn the_damping_of_a_gear_slows_a_joint_exponentially() {
+    let motor = Motor { gear_damping: 0.01, ..Motor::default() };
+    let mut pair = pair(motor, &LIMP, 0.3, &implicit(1e-4, 2));
+    let start = pair.kinetic_energy();
+    let report = pair.advance(PAIR / motor.gear_damping, &Hold(0.0));
+    let ratio = pair.state().joint_rate(0) / 0.3;
+    assert!((ratio - f64::exp(-1.0)).abs() < 1e-5, "{ratio}");
+    let lost = start - pair.kinetic_energy();
+    assert!((report.friction_work + lost).abs() < 1e-5 * start, "{report:?}, {lost:e} of {start:e}");
+}
+
 /// Work of the motors is the energy of links and rotors, and what friction on the ground and in gears took.
 #[test]
 fn work_goes_into_links_rotors_and_friction() {
-    let motor =
-        Motor { stall_torque: 8.0, no_load_speed: 6.0, rotor_inertia: 1e-3, gear_ratio: 2.0, gear_friction: 0.1 };
+    let motor = Motor {
+        stall_torque: 8.0,
+        no_load_speed: 6.0,
+        rotor_inertia: 1e-3,
+        gear_ratio: 2.0,
+        gear_friction: 0.1,
+        ..Motor::default()
+    };
     let mut defects = Vec::new();
     for step in [4e-3, 2e-3, 1e-3] {
         let mut robot =
@@ -199,6 +219,7 @@ fn with_motors(stage: &mut Stage, plays: bool, random: &mut Random) {
             friction: own * random.magnitude(1e-4, 1e-1) * stall,
             inertia: own * random.magnitude(1e-5, 1e-2),
             reference: random.between(-3.0, 3.0),
+            damping: own * random.magnitude(1e-6, 1e-2),
         });
         joint.limit = joint.limit.min(stall);
         joint.slack = if plays { random.between(0.0, 0.3) * size } else { 0.0 };
@@ -208,7 +229,7 @@ fn with_motors(stage: &mut Stage, plays: bool, random: &mut Random) {
 /// Among rough pegs, where stages are no optimisation problem.
 #[test]
 fn motors_go_with_friction_at_obstacles() {
-    let motor = Motor { stall_torque: 6.0, no_load_speed: 5.0, rotor_inertia: 5e-4, gear_friction: 0.2, ..MOTOR };
+    let motor = Motor { stall_torque: 6.0, no_load_speed: 5.0, rotor_inertia: 5e-4, gear_friction: 0.2, ..motor() };
     let mut scene = table_7_5();
     scene.obstacles.iter_mut().for_each(|peg| peg.friction = 0.4);
     let robot = RobotConfig { motor: Some(motor), ..links(11) };

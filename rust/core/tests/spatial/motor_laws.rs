@@ -29,6 +29,7 @@ fn with_motors(stage: &mut Stage, random: &mut Random) {
             friction: random.magnitude(1e-4, 1e-1) * stall,
             inertia: random.magnitude(1e-5, 1e-2),
             reference: random.between(-3.0, 3.0),
+            damping: random.magnitude(1e-6, 1e-2),
         });
         drive.limit = drive.limit.min(stall);
     }
@@ -76,7 +77,7 @@ fn stages_with_motors_are_solved_alike_by_two_methods() {
 #[test]
 fn a_free_hinge_spins_up_along_the_torque_speed_line() {
     let motor =
-        Motor { stall_torque: 0.4, no_load_speed: 1.0, rotor_inertia: 1e-5, gear_ratio: 10.0, gear_friction: 0.0 };
+        Motor { stall_torque: 0.4, no_load_speed: 1.0, rotor_inertia: 1e-5, gear_ratio: 10.0, ..Motor::default() };
     let constant = (0.5 * 1.32e-3 + 1e-3) * motor.no_load_speed / motor.stall_torque;
     for name in ["yaw", "pitch"] {
         let axes = AxesConfig::Same(name.to_owned());
@@ -98,8 +99,14 @@ fn a_free_hinge_spins_up_along_the_torque_speed_line() {
 /// Work of the motors on the ground is the energy of links and rotors, and what friction took.
 #[test]
 fn work_goes_into_links_rotors_and_friction() {
-    let motor =
-        Motor { stall_torque: 8.0, no_load_speed: 6.0, rotor_inertia: 1e-3, gear_ratio: 2.0, gear_friction: 0.1 };
+    let motor = Motor {
+        stall_torque: 8.0,
+        no_load_speed: 6.0,
+        rotor_inertia: 1e-3,
+        gear_ratio: 2.0,
+        gear_friction: 0.1,
+        ..Motor::default()
+    };
     let (gait, mut defects) = (undulation(), Vec::new());
     for step in [4e-3, 2e-3] {
         let config = RobotConfig { motor: Some(motor), ..links(11) };
@@ -122,7 +129,7 @@ fn work_goes_into_links_rotors_and_friction() {
 #[test]
 fn a_gear_holds_a_raised_head_without_a_drive() {
     for (gear_friction, stands) in [(10.0, true), (0.05, false)] {
-        let motor = Motor { stall_torque: 1.0, no_load_speed: 1.0, rotor_inertia: 0.0, gear_ratio: 1.0, gear_friction };
+        let motor = Motor { stall_torque: 1.0, no_load_speed: 1.0, gear_friction, ..Motor::default() };
         let config = RobotConfig { motor: Some(motor), ..links(8) };
         let mut robot =
             SpatialSimulation::new(&config, &ground([0.5, 0.5]), &LIMP, &implicit(5e-3, 2)).expect("admissible");

@@ -201,7 +201,8 @@ impl InteriorPoint {
             self.add_actuator(j, impulse, joint.stiffness);
         }
         for (j, motor) in stage.motors.iter().enumerate() {
-            self.add_actuator(j, motor.rotor_impulse(twist[j + 1].z - twist[j].z), motor.inertia);
+            let (impulse, stiffness) = motor.passive(twist[j + 1].z - twist[j].z);
+            self.add_actuator(j, impulse, stiffness);
         }
         for k in 0..self.actuators.len() {
             let j = self.actuators[k].joint;
