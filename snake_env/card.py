@@ -44,7 +44,8 @@ ARGUMENTS = {
     "randomization": "parameters sampled per robot and episode: [below](#curriculum-and-randomisation)",
     "scene": "a `snake_env.Scene` in place of the task's pegs and ground, a list of scenes, or a "
     "function `generator(rng, difficulty)` ([ground](ground.md#in-environments))",
-    "observation_blocks": "names of the blocks of the observation; null: all of the task and the action mode",
+    "observation_blocks": "names of the blocks of the observation; null: all of the task and the action mode "
+    "but those on request",
     "privileged": "whether the observation ends with `privileged_...` blocks, for critics: what a robot cannot sense",
     "observation_noise": "amplitudes of uniform noise on blocks of the observation, by name and in their units, >= 0",
     "observation_delay": "delays of blocks of the observation, by name [s], in whole control periods, at most 100",
@@ -108,7 +109,9 @@ pitch.
 
 OBSERVATION_TEXT = """Each element is its value divided by the scale and clipped to [min, max], so that normalisation is
 not needed. Blocks come in this order; sizes are those of the default robot. `env.unwrapped.layout["observation"]` lists
-every element. The absolute position is left out: the task is the same everywhere along the corridor.
+every element. The absolute position is left out: the task is the same everywhere along the corridor. Blocks on request
+are sensors of real robots ([which](interface.md#sensors-of-a-real-robot)); an observation has them only where
+`observation_blocks` names them.
 """
 
 SAME_BLOCKS = """Blocks in order: {order}. Those without a row below are as in the planar model.
@@ -200,7 +203,7 @@ def page_name(env_id: str) -> str:
     return env_id.removeprefix("Snake").partition("-")[0].lower()
 
 
-def layout_of(**options: str) -> dict[str, Any]:
+def layout_of(**options: Any) -> dict[str, Any]:
     """What the core says about the environment with these keywords."""
     return Task(options, MAX_EPISODE_STEPS).layout
 
@@ -232,7 +235,7 @@ def _actions(model: str) -> str:
         layout = layout_of(model=model, task=task, action_mode=mode)
         for row in grouped(map(action_row, layout["action"])):
             _note(uses.setdefault(row, {}), {"action_mode": mode, "task": task})
-    rows = [(*row, _conditions(found)) for row, found in uses.items()]
+    rows = [(*row, "; ".join(_conditions(found))) for row, found in uses.items()]
     head = ("action", "min", "max", "slew limit [unit/s]", "unit", "meaning", "only with")
     text = ACTION_TEXT if model == MODELS[0] else SAME_ACTIONS
     return "\n".join(["### Actions\n", text, _table(head, rows)])
@@ -261,17 +264,22 @@ def _block_rows(model: str) -> list[tuple[str, ...]]:
     blocks: dict[str, dict[str, Any]] = {}
     uses: dict[str, dict[str, set[str]]] = {}
     order: list[str] = []
+    on_request: set[str] = set()
     for values in itertools.product(*CHOICES.values()):
         options = dict(zip(CHOICES, values, strict=True))
         place = 0
-        for block in layout_of(model=model, **options)["observation"]:
+        usual = layout_of(model=model, **options)
+        named = layout_of(model=model, **options, observation_blocks=usual["on_request"])
+        for block in usual["observation"] + named["observation"]:
             name = block["name"]
             if name not in order:
                 order.insert(place, name)
             place = order.index(name) + 1
             blocks.setdefault(name, block)
             _note(uses.setdefault(name, {}), options)
-    return [_block_row(blocks[name], _conditions(uses[name])) for name in order]
+            on_request |= {name} & set(usual["on_request"])
+    conditions = {name: ["on request"] * (name in on_request) + _conditions(uses[name]) for name in order}
+    return [_block_row(blocks[name], "; ".join(conditions[name])) for name in order]
 
 
 def _block_row(block: dict[str, Any], conditions: str) -> tuple[str, ...]:
@@ -287,7 +295,7 @@ def _note(uses: dict[str, set[str]], options: dict[str, str]) -> None:
         uses.setdefault(option, set()).add(value)
 
 
-def _conditions(uses: dict[str, set[str]]) -> str:
+def _conditions(uses: dict[str, set[str]]) -> list[str]:
     """The options that something needs, or those with which it is absent where they are fewer."""
     parts = []
     for option, found in uses.items():
@@ -297,7 +305,7 @@ def _conditions(uses: dict[str, set[str]]) -> str:
             parts.append(f"`{option}` not {', '.join(absent)}")
         elif absent:
             parts.append(f"`{option}` {', '.join(present)}")
-    return "; ".join(parts)
+    return parts
 
 
 def grouped(rows: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:

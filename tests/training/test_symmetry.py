@@ -48,6 +48,12 @@ def test_half_a_period_of_a_steady_wave_is_a_reflection():
     np.testing.assert_allclose(seen[-1][steady], seen[-1 - half][steady] * signs, atol=0.03)
 
 
+def test_rays_that_trade_places_are_refused():
+    env = rollout.make_env("SnakeField-v1", 1, 1, observation_blocks=["joint_angle", "touch_side", "range"])
+    with pytest.raises(ConfigError, match="without the block range"):
+        symmetry.Reflection.of(env.unwrapped.layout)
+
+
 HINGES = ("yaw", (-1.0, 0.0, 0.0)) * 5
 
 

@@ -34,12 +34,17 @@ class Reflection(NamedTuple):
 
         Raises:
             ConfigError: action zero lifts: half a turn later the vertical wave is the reflection with the opposite
-                amplitude, which is then no change of sign. Or the mirror image of a joint is another joint.
+                amplitude, which is then no change of sign. Or the mirror image of a joint is another joint, or that
+                of a ray another ray.
         """
         _require_mirror_image(Robot.of(layout["config"]["robot"]))
         for entry in layout["action"]:
             if entry["name"] == "lift" and entry["low"] != -entry["high"]:
                 expected = 'false, another task, or action_mode "joints": in task "free" action zero lifts'
+                raise ConfigError("policy.symmetric", True, expected)
+        for block in layout["observation"]:
+            if 0 in block["mirror"]:
+                expected = f"false, or an observation without the block {block['name']}, whose elements trade places"
                 raise ConfigError("policy.symmetric", True, expected)
         observation = [sign for block in layout["observation"] for sign in block["mirror"]]
         action = [entry["mirror"] for entry in layout["action"]]

@@ -15,8 +15,9 @@ use crate::config::environment_config;
 use crate::ffi::{CoreError, detached};
 
 /// Describes the environment of a configuration: "observation", "action", "reward", "signals" and "state" entry by
-/// entry, "control_period" \[s\], "link_half_length" and "link_radius" of the contact shape \[m\], and "config", the
-/// whole configuration with its defaults.
+/// entry, "on_request", the names of the blocks that only `observation_blocks` adds, "control_period" \[s\],
+/// "link_half_length" and "link_radius" of the contact shape \[m\], and "config", the whole configuration with its
+/// defaults.
 #[pyfunction]
 pub fn layout<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
     let config = environment_config(config).map_err(CoreError::from)?;
@@ -30,6 +31,7 @@ fn describe<'py, M: RobotModel>(py: Python<'py>, config: &EnvConfig) -> PyResult
     let environment = detached(py, || Ok(Environment::<M>::new(config)?))?;
     let dict = PyDict::new(py);
     dict.set_item("observation", list(py, environment.observation_blocks(), describe_block)?)?;
+    dict.set_item("on_request", environment.blocks_on_request())?;
     dict.set_item("action", list(py, environment.action_entries(), describe_action)?)?;
     dict.set_item("reward", list(py, TERMS, describe_reward)?)?;
     dict.set_item("signals", list(py, &signals_of::<M>(), describe_signal)?)?;

@@ -250,6 +250,11 @@ impl<M: RobotModel> Environment<M> {
         self.action.len()
     }
 
+    /// Names of the blocks that only the option `observation_blocks` adds.
+    pub fn blocks_on_request(&self) -> &[&'static str] {
+        self.layout.on_request()
+    }
+
     pub fn observation_blocks(&self) -> &[ObservationBlock<M>] {
         self.layout.blocks()
     }

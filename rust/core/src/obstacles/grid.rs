@@ -116,9 +116,14 @@ impl ObstacleGrid {
         self.tops.distance(point) <= distance
     }
 
+    /// Height of an obstacle, infinite without end \[m\].
+    pub fn top(&self, obstacle: usize) -> f64 {
+        self.height.get(obstacle).copied().unwrap_or(f64::INFINITY)
+    }
+
     /// An obstacle of finite height as a body; none without end.
     pub fn solid(&self, obstacle: usize) -> Option<Solid<'_>> {
-        let height = *self.height.get(obstacle)?;
+        let height = self.top(obstacle);
         let outline = match self.pegs.get(obstacle) {
             Some(peg) => Outline::Circle(peg),
             None => Outline::Polygon(self.polygon(obstacle)),

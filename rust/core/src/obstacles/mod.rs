@@ -4,6 +4,7 @@ mod config;
 mod grid;
 mod outline;
 mod polygon;
+mod ray;
 mod rectangle;
 mod solid;
 mod solid_circle;

@@ -164,6 +164,7 @@ pub struct SavedForces {
     stands: Vec<[bool; 2]>,
     contacts: ContactMemory,
     joint_stops: Vec<[f64; 2]>,
+    joint_torque: Vec<Vector2<f64>>,
     backlash: Vec<f64>,
     #[serde(default)]
     gear_friction: Vec<f64>,
@@ -204,8 +205,10 @@ impl WarmStart for ChainState {
     }
 
     fn save(&self) -> SavedForces {
-        let Self { began_at_rest, forces, stands, contacts, joint_stops, backlash, gear_friction, .. } = self.clone();
-        SavedForces { began_at_rest, forces, stands, contacts, joint_stops, backlash, gear_friction }
+        let Self {
+            began_at_rest, forces, stands, contacts, joint_stops, joint_torque, backlash, gear_friction, ..
+        } = self.clone();
+        SavedForces { began_at_rest, forces, stands, contacts, joint_stops, joint_torque, backlash, gear_friction }
     }
 
     fn resume(&mut self, saved: &SavedForces) {
@@ -214,6 +217,7 @@ impl WarmStart for ChainState {
         self.stands.copy_from_slice(&saved.stands);
         self.contacts.copy_from(&saved.contacts);
         self.joint_stops.clone_from(&saved.joint_stops);
+        self.joint_torque.clone_from(&saved.joint_torque);
         self.backlash.copy_from_slice(&saved.backlash);
         self.gear_friction.clone_from(&saved.gear_friction);
     }
@@ -222,6 +226,7 @@ impl WarmStart for ChainState {
         saved.forces.fits(links)
             && saved.stands.len() == links
             && [0, 2 * (links - 1)].contains(&saved.joint_stops.len())
+            && saved.joint_torque.len() == links - 1
             && saved.backlash.len() == 2 * (links - 1)
             && [0, 2 * (links - 1)].contains(&saved.gear_friction.len())
             && saved.contacts.fits(links, obstacles.len(), CAPSULE_CONTACTS)

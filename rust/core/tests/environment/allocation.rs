@@ -21,6 +21,10 @@ fn stepping_an_environment_does_not_allocate() {
             ..EnvConfig::default()
         });
     }
+    let named = ["accelerometer", "gyro", "motor_torque", "touch", "touch_side", "range"].map(String::from);
+    let config = EnvConfig { task: Task::COURSE, observation_blocks: Some(named.to_vec()), ..EnvConfig::default() };
+    step_without_allocating::<PlanarRobot>(&config);
+    step_without_allocating::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, ..config });
 }
 
 fn step_without_allocating<M: RobotModel>(config: &EnvConfig) {

@@ -1,13 +1,14 @@
 //! What a policy observes: named blocks with fixed scaling.
 //!
 //! Each element of the observation is `clamp(value / scale, -bound, bound)`; the scales are chosen so that a robot in
-//! motion keeps most of them in [-1, 1]. A block is one row of a table: of [`common`] or of
-//! [`RobotModel::OBSERVATION`]. Layout, mirror signs, memories and documentation follow from the rows.
+//! motion keeps most of them in [-1, 1]. A block is one row of a table: of [`common`], [`sensing`],
+//! [`privileged`] or [`RobotModel::OBSERVATION`]. Layout, mirror signs, memories and documentation follow from the rows.
 
 mod common;
 mod delay;
 mod element;
 mod privileged;
+mod sensing;
 
 use std::collections::BTreeMap;
 
@@ -23,6 +24,7 @@ use crate::robot::Robot;
 pub use common::{always, joint_angle, joint_rate};
 pub use delay::Delay;
 pub use element::{Element, each, even, named, odd};
+pub use sensing::{ACCELEROMETER, MOTOR_TORQUE, motor_scale};
 
 /// Everything that may be observed at a control instant.
 pub struct View<'a, M> {
@@ -96,19 +98,29 @@ pub struct ObservationLayout<M: 'static> {
     /// Scale and bound of each element.
     ranges: Vec<[f64; 2]>,
     has_noise: bool,
+    on_request: Vec<&'static str>,
 }
 
 impl<M: RobotModel> ObservationLayout<M> {
     /// # Errors
     /// Names a block that the environment does not have.
     pub fn new(setup: &Setup) -> Result<Self, ConfigError> {
-        let [body, contact] = M::OBSERVATION;
-        let rows = [body, BlockRow::TASK, contact, BlockRow::ACTION_AND_PEGS].into_iter().flatten();
-        let sensed = rows.filter(|row| (row.present)(setup)).map(|row| (row, false));
-        let hidden = BlockRow::PRIVILEGED.iter().filter(|row| (row.present)(setup)).map(|row| (row, true));
-        let rows: Vec<_> = sensed.chain(hidden).collect();
         let EnvConfig { observation_blocks, privileged, observation_noise, observation_delay, .. } = setup.config;
         let chosen = observation_blocks.as_deref();
+        let [body, contact, sensing] = M::OBSERVATION;
+        // Tables of rows, and whether an observation has them unless they are named.
+        let of_task = chosen.is_none();
+        let tables = [
+            (body, of_task),
+            (BlockRow::TASK, of_task),
+            (contact, of_task),
+            (BlockRow::ACTION_AND_PEGS, of_task),
+            (sensing, false),
+            (BlockRow::SENSING, false),
+            (BlockRow::PRIVILEGED, *privileged),
+        ];
+        let rows = tables.into_iter().flat_map(|(rows, is_usual)| rows.iter().map(move |row| (row, is_usual)));
+        let rows: Vec<_> = rows.filter(|(row, _)| (row.present)(setup)).collect();
         for (k, name) in chosen.unwrap_or_default().iter().enumerate() {
             require_known(&format!("observation_blocks[{k}]"), name, &rows)?;
         }
@@ -120,10 +132,11 @@ impl<M: RobotModel> ObservationLayout<M> {
             require_known("observation_delay", name, &rows)?;
             within(&format!("observation_delay.{name}"), *delay, 0.0, MOST_PERIODS * setup.config.control_period)?;
         }
-        let is_chosen = |(row, is_hidden): &(&BlockRow<M>, bool)| {
-            let is_named = chosen.is_some_and(|names| names.iter().any(|name| name == row.name));
-            is_named || if *is_hidden { *privileged } else { chosen.is_none() }
+        let is_chosen = |(row, is_usual): &(&BlockRow<M>, bool)| {
+            *is_usual || chosen.is_some_and(|names| names.iter().any(|name| name == row.name))
         };
+        let sensing = sensing.iter().chain(BlockRow::SENSING).filter(|row| (row.present)(setup));
+        let on_request = sensing.map(|row| row.name).collect();
         let (mut blocks, mut size) = (Vec::new(), 0);
         for (row, _) in rows.into_iter().filter(is_chosen) {
             let elements = (row.elements)(setup);
@@ -137,11 +150,16 @@ impl<M: RobotModel> ObservationLayout<M> {
         require(size > 0, "observation_blocks", "[]", "at least one block")?;
         let range = |block: &ObservationBlock<M>| vec![[block.scale, block.row.bound]; block.size()];
         let ranges = blocks.iter().flat_map(range).collect();
-        Ok(Self { has_noise: blocks.iter().any(|block| block.noise > 0.0), blocks, ranges })
+        Ok(Self { has_noise: blocks.iter().any(|block| block.noise > 0.0), blocks, ranges, on_request })
     }
 
     pub fn blocks(&self) -> &[ObservationBlock<M>] {
         &self.blocks
+    }
+
+    /// Names of the blocks that only `observation_blocks` adds.
+    pub fn on_request(&self) -> &[&'static str] {
+        &self.on_request
     }
 
     /// Number of elements.

@@ -1,5 +1,6 @@
 //! What an environment needs of a robot model; everything else in the environment is the same for every model.
 
+mod accelerometer;
 mod planar;
 mod planar_observation;
 mod planar_state;
@@ -41,8 +42,9 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     /// The choice in [`EnvConfig::model`] that this is.
     const KIND: ModelKind;
 
-    /// Rows of the observation: of the body, before those of the task, and of contacts and references, after them.
-    const OBSERVATION: [&'static [BlockRow<Self>]; 2];
+    /// Rows of the observation: of the body, before those of the task; of contacts and references, after them; and of
+    /// sensors that it has on request.
+    const OBSERVATION: [&'static [BlockRow<Self>]; 3];
 
     /// What it reports beside the signals of every environment.
     const SIGNALS: &'static [Signal<Self>];
@@ -115,6 +117,9 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     /// Mean force of the pegs on each link over the last control period, x and y of the world frame \[N\].
     fn peg_force(&self) -> &[Vector2<f64>];
 
+    /// Whether an obstacle pressed on a link in the last control period.
+    fn is_pressed(&self, link: usize) -> bool;
+
     fn motion(&self) -> Motion;
 
     /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
@@ -128,6 +133,11 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
 
     /// A link seen from above; the one with index 0 leads.
     fn link(&self, index: usize) -> LinkPose;
+
+    /// Height of the leading link's CG, zero in the plane \[m\].
+    fn head_height(&self) -> f64 {
+        0.0
+    }
 
     fn save(&self) -> Self::State;
 

@@ -7,6 +7,7 @@ use crate::error::ConfigError;
 use crate::planar::{Heading, Planar};
 use crate::simulation::{PlanarSimulation, PlanarSnapshot, Simulation};
 
+use super::accelerometer::Accelerometer;
 use super::saved_robot::{MeanForces, SavedRobot, common_length};
 use super::{RobotModel, planar_observation, planar_state};
 use crate::environment::action::{ActionEntry, planar_entries};
@@ -27,7 +28,7 @@ pub struct PlanarRobot {
     forces: PlanarForces,
 }
 
-/// Mean forces on each link over the last control period, in the world frame \[N\].
+/// Mean forces on each link over the last control period, in the world frame \[N\], and what link 1 feels of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlanarForces {
     /// Of the pegs (T 7.6).
@@ -36,18 +37,20 @@ pub struct PlanarForces {
     lateral: Vec<f64>,
     /// Of the robot's other links.
     own: Vec<Vector2<f64>>,
+    head: Accelerometer,
 }
 
 impl MeanForces for PlanarForces {
     fn zero(links: usize) -> Self {
         let none = vec![Vector2::zeros(); links];
-        Self { peg: none.clone(), lateral: vec![0.0; links], own: none }
+        Self { peg: none.clone(), lateral: vec![0.0; links], own: none, head: Accelerometer::default() }
     }
 
     fn clear(&mut self) {
         self.peg.fill(Vector2::zeros());
         self.lateral.fill(0.0);
         self.own.fill(Vector2::zeros());
+        self.head = Accelerometer::default();
     }
 
     fn links(&self) -> Option<usize> {
@@ -69,8 +72,8 @@ impl RobotModel for PlanarRobot {
         }),
     ];
     const STATE: &'static [Quantity<Self>] = planar_state::STATE;
-    const OBSERVATION: [&'static [BlockRow<Self>]; 2] =
-        [planar_observation::BODY, planar_observation::CONTACT_AND_REFERENCE];
+    const OBSERVATION: [&'static [BlockRow<Self>]; 3] =
+        [planar_observation::BODY, planar_observation::CONTACT_AND_REFERENCE, planar_observation::SENSING];
     type Model = Planar;
     type Reference = ReferenceGenerator<1>;
     type State = PlanarRobotState;
@@ -133,11 +136,16 @@ impl RobotModel for PlanarRobot {
 
     fn finish_period(&mut self, period: f64) -> u32 {
         self.reference.finish_period();
+        self.forces.head.finish_period(self.simulation.state().twist[0].xy().push(0.0), period);
         self.read_forces(period)
     }
 
     fn peg_force(&self) -> &[Vector2<f64>] {
         &self.forces.peg
+    }
+
+    fn is_pressed(&self, link: usize) -> bool {
+        self.forces.peg[link] != Vector2::zeros()
     }
 
     fn motion(&self) -> Motion {
@@ -177,6 +185,11 @@ impl RobotModel for PlanarRobot {
 }
 
 impl PlanarRobot {
+    /// Mean acceleration of link 1 over the last control period, less gravity, world frame \[m/s^2\].
+    pub fn specific_force(&self) -> Vector2<f64> {
+        self.forces.head.acceleration.xy() - self.simulation.system().pull()
+    }
+
     /// Mean force of the pegs on each link over the last control period, to its left \[N\].
     pub fn lateral_force(&self) -> &[f64] {
         &self.forces.lateral
@@ -195,7 +208,7 @@ impl PlanarRobot {
 
     /// Mean forces of the last period; returns the number of links that pegs pushed.
     fn read_forces(&mut self, period: f64) -> u32 {
-        let (simulation, PlanarForces { peg, lateral, own }) = (&self.simulation, &mut self.forces);
+        let (simulation, PlanarForces { peg, lateral, own, .. }) = (&self.simulation, &mut self.forces);
         let mut contacts = 0;
         let impulses = simulation.contact_impulse().iter().zip(&simulation.state().pose);
         for ((force, lateral), (impulse, pose)) in peg.iter_mut().zip(lateral).zip(impulses) {

@@ -3,7 +3,11 @@
 use std::f64::consts::FRAC_PI_2;
 
 use crate::environment::action::YAW;
-use crate::environment::observation::{BlockRow, always, each, even, joint_angle, joint_rate, named, odd};
+use crate::environment::observation::{
+    ACCELEROMETER, BlockRow, MOTOR_TORQUE, always, each, even, joint_angle, joint_rate, motor_scale, named, odd,
+};
+
+use crate::planar::Heading;
 
 use super::planar::PlanarRobot;
 
@@ -70,5 +74,47 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<PlanarRobot>] = &[
         bound: 1.0,
         memory: false,
         read: |view, values| view.model.reference.describe_wave(values),
+    },
+];
+
+pub const SENSING: &[BlockRow<PlanarRobot>] = &[
+    BlockRow {
+        name: "accelerometer",
+        unit: "m/s^2",
+        description: ACCELEROMETER,
+        present: always,
+        elements: |_| named(&[even("forward"), odd("left")]),
+        scale: |_| 9.81,
+        bound: 4.0,
+        memory: false,
+        read: |view, values| {
+            let force = Heading::of(view.model.simulation.state().pose[0].z).to_link(view.model.specific_force());
+            values.copy_from_slice(&[-force.x, -force.y]);
+        },
+    },
+    BlockRow {
+        name: "gyro",
+        unit: "rad/s",
+        description: "angular velocity of link 1",
+        present: always,
+        elements: |_| named(&[odd("up")]),
+        scale: |_| 2.5,
+        bound: 4.0,
+        memory: false,
+        read: |view, values| values[0] = view.model.simulation.state().twist[0].z,
+    },
+    BlockRow {
+        name: "motor_torque",
+        unit: "N m",
+        description: MOTOR_TORQUE,
+        present: always,
+        elements: |setup| each(setup.joints(), &[odd("joint_#")]),
+        scale: motor_scale,
+        bound: 2.0,
+        memory: false,
+        read: |view, values| {
+            let torques = values.iter_mut().zip(view.model.simulation.joint_torque());
+            torques.for_each(|(value, torque)| *value = -torque);
+        },
     },
 ];

@@ -9,6 +9,7 @@ use crate::error::ConfigError;
 use crate::simulation::{Simulation, SpatialSimulation, SpatialSnapshot};
 use crate::spatial::{Pose, Spatial, SpatialState, orientation_of, turning};
 
+use super::accelerometer::Accelerometer;
 use super::saved_robot::{MeanForces, SavedRobot, common_length};
 use super::{RobotModel, spatial_observation, spatial_state};
 use crate::environment::action::{ActionEntry, spatial_entries};
@@ -32,7 +33,7 @@ pub struct SpatialRobot {
     forces: SpatialForces,
 }
 
-/// Mean forces on each link over the last control period.
+/// Mean forces on each link over the last control period, and what link 1 feels of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpatialForces {
     /// Of the obstacles on each link, x and y in frame I, and z \[N\].
@@ -43,6 +44,7 @@ pub struct SpatialForces {
     top: Vec<f64>,
     /// Of the robot's other links on each link, frame I \[N\].
     own: Vec<Vector3<f64>>,
+    head: Accelerometer,
 }
 
 impl MeanForces for SpatialForces {
@@ -53,6 +55,7 @@ impl MeanForces for SpatialForces {
             ground: vec![0.0; links],
             top: vec![0.0; links],
             own: vec![Vector3::zeros(); links],
+            head: Accelerometer::default(),
         }
     }
 
@@ -62,6 +65,7 @@ impl MeanForces for SpatialForces {
         self.ground.fill(0.0);
         self.top.fill(0.0);
         self.own.fill(Vector3::zeros());
+        self.head = Accelerometer::default();
     }
 
     fn links(&self) -> Option<usize> {
@@ -87,8 +91,8 @@ impl RobotModel for SpatialRobot {
     type Reference = ReferenceGenerator<2>;
     type State = SpatialRobotState;
 
-    const OBSERVATION: [&'static [BlockRow<Self>]; 2] =
-        [spatial_observation::BODY, spatial_observation::CONTACT_AND_REFERENCE];
+    const OBSERVATION: [&'static [BlockRow<Self>]; 3] =
+        [spatial_observation::BODY, spatial_observation::CONTACT_AND_REFERENCE, spatial_observation::SENSING];
 
     const STATE: &'static [Quantity<Self>] = spatial_state::STATE;
 
@@ -192,6 +196,7 @@ impl RobotModel for SpatialRobot {
 
     fn finish_period(&mut self, period: f64) -> u32 {
         self.reference.finish_period();
+        self.forces.head.finish_period(self.simulation.state().twist[0].fixed_rows::<3>(0).into(), period);
         let SpatialForces { ground, top, .. } = &mut self.forces;
         let forces = ground.iter_mut().chain(top);
         let impulses = self.simulation.ground_impulse().iter().chain(&self.simulation.body().top_impulse);
@@ -208,6 +213,14 @@ impl RobotModel for SpatialRobot {
 
     fn peg_force(&self) -> &[Vector2<f64>] {
         &self.forces.peg
+    }
+
+    fn is_pressed(&self, link: usize) -> bool {
+        self.forces.peg[link] != Vector2::zeros() || self.forces.lift[link] != 0.0
+    }
+
+    fn head_height(&self) -> f64 {
+        self.simulation.state().pose[0].position.z
     }
 
     fn motion(&self) -> Motion {
@@ -263,6 +276,11 @@ impl RobotModel for SpatialRobot {
 }
 
 impl SpatialRobot {
+    /// Mean acceleration of link 1 over the last control period, less gravity, world frame \[m/s^2\].
+    pub fn specific_force(&self) -> Vector3<f64> {
+        self.forces.head.acceleration - self.simulation.system().gravity
+    }
+
     /// Mean force of the robot's other links on each link over the last control period, frame I \[N\].
     pub fn self_contact_force(&self) -> &[Vector3<f64>] {
         &self.forces.own

@@ -6,7 +6,8 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::environment::action::YAW;
 use crate::environment::observation::{
-    BlockRow, Element, Setup, View, always, each, even, joint_angle, joint_rate, named, odd,
+    ACCELEROMETER, BlockRow, Element, MOTOR_TORQUE, Setup, View, always, each, even, joint_angle, joint_rate,
+    motor_scale, named, odd,
 };
 use crate::environment::symmetry::Parity;
 use crate::spatial::turning;
@@ -154,6 +155,38 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
         bound: 1.0,
         memory: false,
         read: |view, values| view.model.reference.describe_wave(values),
+    },
+];
+
+pub const SENSING: &[BlockRow<SpatialRobot>] = &[
+    BlockRow {
+        name: "accelerometer",
+        unit: "m/s^2",
+        description: ACCELEROMETER,
+        present: always,
+        elements: |_| named(&[even("forward"), odd("left"), even("up")]),
+        scale: |_| 9.81,
+        bound: 4.0,
+        memory: false,
+        read: |view, values| {
+            let orientation = &view.model.simulation.state().pose[0].orientation;
+            let force = orientation.inverse_transform_vector(&view.model.specific_force());
+            values.copy_from_slice(&forward_left_up(&force));
+        },
+    },
+    BlockRow {
+        name: "motor_torque",
+        unit: "N m",
+        description: MOTOR_TORQUE,
+        present: always,
+        elements: each_axis,
+        scale: motor_scale,
+        bound: 2.0,
+        memory: false,
+        read: |view, values| {
+            let torques = view.model.simulation.joint_torque().iter().map(|torque| (-torque).into());
+            values.iter_mut().zip(view.model.robot().of_axes(torques)).for_each(|(value, torque)| *value = torque);
+        },
     },
 ];
 
