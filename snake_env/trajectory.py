@@ -70,11 +70,11 @@ class Trajectory:
         pair_force: (T, n, n, 2) force on each link of each other link, ``[:, i, j]`` on link i of link j [N];
             (T, n, n, 3) in the spatial model ("self_contacts").
         actuator_power: (T, n - 1) power of each actuator [W]; (T, n - 1, 2) in the spatial model ("power").
-        friction_power: (T,) power of all friction, that of rolling and at obstacles included, never positive [W]
+        friction_power: (T,) power of all friction, that of rolling, obstacles and gears included, never positive [W]
             ("power").
         motor_power: (T, n - 1) mechanical power of each motor, mean since the last sample [W]; (T, n - 1, 2) in the
             spatial model; of robots with a ``motor``.
-        electrical_power: the same with the heat in the motors [W].
+        electrical_power: what each motor draws, heat included, never negative [W]; alike.
     """
 
     time: Array

@@ -97,7 +97,8 @@ class _Chain:
             found["locked"] = self.locked
         if "limp" not in given:
             found["limp"] = self.limp
-        if "motor" not in given and any(self.passive.values()):
+        self.takes_motor = not {"motor", "backlash"} & set(given)
+        if self.takes_motor and any(self.passive.values()):
             found["motor"] = Motor(**self.passive)
         if "gravity" not in given:
             found["gravity"] = 0.0 if self._is_off("GRAVITY") else float(np.linalg.norm(self.model.opt.gravity))
@@ -114,13 +115,23 @@ class _Chain:
     @cached_property
     def passive(self) -> dict[str, float]:
         """Fields of the motor: armature, friction and damping that are the same at all joints that have a motor."""
-        dofs = self.model.jnt_dofadr[self._driven]
+        model = self.model
+        dofs = model.jnt_dofadr[self._driven]
+        damping = model.dof_damping[dofs] + self._of_actuators(model.actuator_damping)
         values = {
-            "rotor_inertia": self.model.dof_armature[dofs],
-            "gear_friction": self.model.dof_frictionloss[dofs],
-            "gear_damping": self.model.dof_damping[dofs],
+            "rotor_inertia": model.dof_armature[dofs] + self._of_actuators(model.actuator_armature),
+            "gear_friction": model.dof_frictionloss[dofs] * (not self._is_off("FRICTIONLOSS")),
+            "gear_damping": damping * (not self._is_off("DAMPER")),
         }
         return {name: float(each[0]) for name, each in values.items() if each.size and np.ptp(each) == 0.0}
+
+    def _of_actuators(self, values: Array) -> Array:
+        """What actuators add at the joints with a motor, times the squares of their gears."""
+        model = self.model
+        sums = np.zeros(model.njnt)
+        for k in np.flatnonzero(np.isin(model.actuator_trntype, JOINTS)):
+            sums[model.actuator_trnid[k, 0]] += values[k] * model.actuator_gear[k, 0] ** 2
+        return sums[self._driven]
 
     @cached_property
     def _driven(self) -> list[int]:
@@ -393,7 +404,7 @@ class _Chain:
 
         def others(field: str) -> Array:
             """1 for hinges whose value the motor does not have, 0 for the others."""
-            return np.where(np.isin(hinges, self._driven) & (field in self.passive), 0.0, 1.0)
+            return np.where(np.isin(hinges, self._driven) & (field in self.passive) & self.takes_motor, 0.0, 1.0)
 
         for body in self.crosses:
             if model.body_mass[body]:
@@ -405,6 +416,8 @@ class _Chain:
             ("joint", hinges, "frictionloss", model.dof_frictionloss[dofs] * others("gear_friction"), "N m"),
             ("joint", hinges, "armature", model.dof_armature[dofs] * others("rotor_inertia"), "kg m^2"),
             ("joint", hinges, "stiffness", model.jnt_stiffness[hinges], "N m/rad"),
+            ("joint", hinges, "nonlinear damping", np.abs(model.dof_dampingpoly[dofs]).max(axis=1), "at most"),
+            ("joint", hinges, "nonlinear stiffness", np.abs(model.jnt_stiffnesspoly[hinges]).max(axis=1), "at most"),
             ("joint", locked, "angle of the lock", held, "rad, the start's"),
             ("body", bodies, "gravcomp", model.body_gravcomp[bodies], "of the weight"),
         ):

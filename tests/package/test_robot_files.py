@@ -422,6 +422,19 @@ def test_what_is_left_out_is_listed(from_text):
     assert caught[0].filename == __file__
 
 
+def test_actuators_have_armature_and_damping_too(from_text):
+    joint = '<joint name="p" axis="0 1 0" armature="0.1" damping="{}" frictionloss="0.2"/>'
+    tail = '<option><flag frictionloss="disable"/></option><actuator>{}{}</actuator>'
+    motors = [f'<motor joint="{name}" gear="2" armature="0.05" damping="0.5"/>' for name in "pq"]
+    text = chain(body("c", joint.format("1 3").replace('"p"', '"q"')), joint.format(1), tail.format(*motors))
+    with pytest.warns(UserWarning, match=r'left out nonlinear damping of joint "q" \(3 at most\)$'):
+        motor = from_text(text).motor
+    assert motor.rotor_inertia == pytest.approx(0.1 + 4 * 0.05)
+    assert (motor.gear_friction, motor.gear_damping) == (0.0, 1.0 + 4 * 0.5)
+    with pytest.warns(UserWarning, match="left out damping .* armature"):
+        assert from_text(text, backlash=0.1).motor is None
+
+
 @pytest.mark.parametrize(
     "content", [None, "", "<mujoco>", "<robot>", "snake", "<mujoco><extension/><worldbody/>", b"\xff\0"]
 )

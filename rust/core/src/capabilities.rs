@@ -117,7 +117,7 @@ pub const CAPABILITIES: [Capability; 20] = {
         row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Implicit, Never]),
         row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Implicit, Never]),
         row(Feature::BrokenJoints, "locked and limp joints", "()", [Implicit, Implicit, Implicit]),
-        row(Feature::Motors, "motors with a torque-speed line", "None", [Implicit, Implicit, Never]),
+        row(Feature::Motors, "a motor with rotor and gear", "None", [Implicit, Implicit, Never]),
         row(Feature::Hinges, "a hinge instead of a cardan joint", "\"both\"", [Never, Implicit, Never]),
         row(Feature::IoLinearization, "input-output linearisation", "\"pd\"", [Always, Never, Always]),
         row(Feature::HeldTorques, "a torque held over steps or periods", "\"implicit\"", [Never, Never, Always]),
@@ -208,7 +208,7 @@ pub fn require_supported(
     let held = controller.treatment != Treatment::Implicit;
     Feature::HeldTorques.require(on, held, "controller.treatment", controller.treatment)?;
     Feature::Backlash.require(on, robot.backlash != 0.0, "robot.backlash", robot.backlash)?;
-    Feature::Motors.require(on, robot.motor.is_some(), "robot.motor", "a motor")?;
+    Feature::Motors.require(on, robot.motor.is_some(), "robot.motor", "Motor(...)")?;
     Feature::SelfContact.require(on, robot.self_contact == Some(true), "robot.self_contact", "True")?;
     let is_limited = robot.joint_limit.as_ref().is_some_and(JointLimit::is_any);
     let value = match robot.joint_limit {

@@ -100,11 +100,9 @@ pub fn write_means(
                 samples.put("friction_power", &[], [sums.friction_work * per_second]);
             }
             Recorded::Motors => {
-                let StageRecord { actuator_work, motor_heat, .. } = &record.sum;
-                let input =
-                    actuator_work.iter().zip(motor_heat).map(|(work, heat)| [work[0] + heat[0], work[1] + heat[1]]);
-                for (name, energy) in [("motor_power", actuator_work.clone()), ("electrical_power", input.collect())] {
-                    let power = layout.of_axes(energy.into_iter()).map(|energy| energy * per_second);
+                let StageRecord { actuator_work, drawn, .. } = &record.sum;
+                for (name, energy) in [("motor_power", actuator_work), ("electrical_power", drawn)] {
+                    let power = layout.of_axes(energy.iter().copied()).map(|energy| energy * per_second);
                     samples.put(name, &layout.joint_shape, power);
                 }
             }

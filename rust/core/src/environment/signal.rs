@@ -76,7 +76,12 @@ pub const SIGNALS: &[Signal<Summary>] = &[
         s.positive_work
     }),
     float("motor_power", "W", "mechanical power of all actuators together, mean over this step", |s| s.motor_power),
-    float("electrical_power", "W", "what motors draw, heat included; 0 without `Motor`", |s| s.electrical_power),
+    float(
+        "electrical_power",
+        "W",
+        "what motors draw, heat included, nothing where they would give energy back; 0 without `motor`",
+        |s| s.electrical_power,
+    ),
     float("distance", "m", "distance of the CG towards the goal, gained since the start", |s| s.distance),
     float("lateral_offset", "m", "CG to the left of the centre line, or of the straight way to the goal point", |s| {
         s.lateral_offset

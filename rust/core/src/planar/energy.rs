@@ -17,7 +17,7 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
     }
     for (j, (impulse, motor)) in solution.gear.iter().zip(&stage.motors).enumerate() {
         let rate = twist[j + 1].z - twist[j].z;
-        work.friction += (*impulse - motor.damping * rate) * rate;
+        work.friction += ((*impulse - motor.damping * rate) * rate).min(T::zero());
     }
     for (j, impulse) in actuator.iter().enumerate() {
         work.add_drive(*impulse, twist[j + 1].z - twist[j].z, stage.motors.get(j));

@@ -49,8 +49,13 @@ impl Motor {
     /// Names the field that is out of range.
     pub fn validate(&self) -> Result<(), ConfigError> {
         for (field, value) in [("stall_torque", self.stall_torque), ("no_load_speed", self.no_load_speed)] {
-            require(value > 0.0, field, value, "a number > 0, or inf for none")?;
+            if value != f64::INFINITY {
+                positive(field, value)?;
+            }
         }
+        let has_line = self.no_load_speed.is_finite();
+        let expected = "a number where no_load_speed is one: a torque without limit does not fall";
+        require(!has_line || self.stall_torque.is_finite(), "stall_torque", self.stall_torque, expected)?;
         non_negative("rotor_inertia", self.rotor_inertia)?;
         positive("gear_ratio", self.gear_ratio)?;
         non_negative("gear_friction", self.gear_friction)?;

@@ -46,11 +46,25 @@ impl<T: Real> MotorRow<T> {
         Self { stall, fall: zero, friction: zero, inertia: zero, reference: zero, damping: zero }
     }
 
-    /// Heat of an ideal DC motor that gives an impulse, `c torque^2 omega_0 / stall torque`, over the stage \[J\].
+    /// What an ideal DC motor draws over a stage while it gives an impulse: work and the heat `c torque^2 omega_0 / stall
+    /// torque`, nothing where it would give energy back \[J\].
     #[inline(always)]
-    pub fn heat(&self, impulse: T) -> T {
+    pub fn drawn(&self, impulse: T, rate: T) -> T {
         let zero = T::zero();
-        T::select(zero.lt(self.fall), impulse * impulse / self.fall, zero)
+        let heat = T::select(zero.lt(self.fall), impulse * impulse / self.fall, zero);
+        (impulse * rate + heat).max(zero)
+    }
+
+    /// Impulse and stiffness of a drive with the given ones at a rate, kept within the line.
+    #[inline(always)]
+    pub fn limit(&self, rate: T, (impulse, stiffness): (T, T)) -> (T, T) {
+        let (zero, loss) = (T::zero(), self.fall * rate);
+        let (upper, lower) = (self.stall - loss, self.stall + loss);
+        let (most, least) = (upper.max(zero), -(lower.max(zero)));
+        let (above, below) = (most.lt(impulse), impulse.lt(least));
+        let falls = (above & zero.lt(upper)) | (below & zero.lt(lower));
+        let on_line = T::select(falls, self.fall, zero);
+        (impulse.min(most).max(least), T::select(above | below, on_line, stiffness))
     }
 
     /// Impulse of inertia and damping at a rate, and its decrease per rate.

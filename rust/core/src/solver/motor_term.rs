@@ -47,21 +47,17 @@ impl<T: Real> MotorTerm<T> {
         self.held = T::Mask::of(|_| false);
     }
 
-    /// Impulse and stiffness of a drive with the given ones at a rate.
+    /// Keeps a drive within the line and moves to a rate: impulse of the drive, impulse and stiffness of the whole axis.
     #[inline(always)]
-    pub fn limit(&self, rate: T, (impulse, stiffness): (T, T)) -> (T, T) {
-        let (zero, loss) = (T::zero(), self.motor.fall * rate);
-        let (upper, lower) = (self.motor.stall - loss, self.motor.stall + loss);
-        let (most, least) = (upper.max(zero), -(lower.max(zero)));
-        let (above, below) = (most.lt(impulse), impulse.lt(least));
-        let falls = (above & zero.lt(upper)) | (below & zero.lt(lower));
-        let on_line = T::select(falls, self.motor.fall, zero);
-        (impulse.min(most).max(least), T::select(above | below, on_line, stiffness))
+    pub fn drive(&mut self, form: LawForm, rate: T, drive: (T, T)) -> (T, T, T) {
+        let (impulse, stiffness) = self.motor.limit(rate, drive);
+        let (own, own_stiffness) = self.evaluate(form, rate);
+        (impulse, impulse + own, stiffness + own_stiffness)
     }
 
-    /// Moves to a rate. Returns the impulse of inertia and friction, and their stiffness.
+    /// Moves to a rate. Returns the impulse of inertia, damping and friction, and their stiffness.
     #[inline(always)]
-    pub fn evaluate(&mut self, form: LawForm, rate: T) -> (T, T) {
+    fn evaluate(&mut self, form: LawForm, rate: T) -> (T, T) {
         let (bound, wanted) = (self.motor.friction, self.centre - self.penalty * rate);
         let (sticks, slides) = match form {
             LawForm::Present => (self.held | wanted.abs().lt(bound), wanted.min(bound).max(-bound)),
@@ -78,9 +74,8 @@ impl<T: Real> MotorTerm<T> {
     #[inline(always)]
     pub fn along(&self, drive: impl FnOnce(T) -> (T, T), rate: T, change: T, alpha: T) -> (T, T) {
         let there = rate + alpha * change;
-        let (impulse, stiffness) = self.limit(there, drive(there));
-        let (own, own_stiffness) = { *self }.evaluate(LawForm::Present, there);
-        (-(impulse + own) * change, (stiffness + own_stiffness) * change * change)
+        let (_, impulse, stiffness) = { *self }.drive(LawForm::Present, there, drive(there));
+        (-impulse * change, stiffness * change * change)
     }
 
     /// Part of the change at which the gear sticks; not a number where it has no friction.

@@ -37,7 +37,7 @@ impl<T: Real> EnergyLedger<T> {
         self.actuator += work;
         self.positive_actuator += work.max(T::zero());
         if let Some(motor) = motor {
-            self.electrical += (work + motor.heat(impulse)).max(T::zero());
+            self.electrical += motor.drawn(impulse, rate);
         }
     }
 }

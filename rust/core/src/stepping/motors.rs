@@ -79,9 +79,8 @@ impl<T: Real> Motors<T> {
         gear.clear();
         let Some(motor) = self.motor else { return };
         let stall = c * self.share * T::splat(motor.stall_torque);
-        // Without a line the torque does not fall, however large it is.
-        let line = motor.no_load_speed.is_finite() && motor.stall_torque.is_finite();
-        let fall = if line { stall * T::splat(1.0 / motor.no_load_speed) } else { T::zero() };
+        let has_line = motor.no_load_speed.is_finite();
+        let fall = if has_line { stall * T::splat(1.0 / motor.no_load_speed) } else { T::zero() };
         let (friction, damping) = (c * T::splat(motor.gear_friction), c * T::splat(motor.gear_damping));
         let inertia = T::splat(motor.reflected_inertia());
         for ((is_driven, reference), torque) in self.driven.iter().zip(&self.reference).zip(&self.friction) {

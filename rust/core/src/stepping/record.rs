@@ -25,14 +25,14 @@ pub struct StageRecord {
     pub ground: Vec<[Vector3<f64>; 2]>,
     /// Of each joint, axis by axis \[J\].
     pub actuator_work: Vec<[f64; 2]>,
-    /// Heat in the motors, alike \[J\].
-    pub motor_heat: Vec<[f64; 2]>,
+    /// What the motors draw, alike \[J\].
+    pub drawn: Vec<[f64; 2]>,
 }
 
 impl StageRecord {
     fn new(links: usize) -> Self {
         let none = vec![[0.0; 2]; links - 1];
-        Self { ground: vec![[Vector3::zeros(); 2]; links], actuator_work: none.clone(), motor_heat: none }
+        Self { ground: vec![[Vector3::zeros(); 2]; links], actuator_work: none.clone(), drawn: none }
     }
 
     /// Adds `other`, `weight` times.
@@ -41,7 +41,7 @@ impl StageRecord {
             *sum += other * weight;
         }
         let pairs = self.actuator_work.iter_mut().zip(&other.actuator_work);
-        for (sum, other) in pairs.chain(self.motor_heat.iter_mut().zip(&other.motor_heat)) {
+        for (sum, other) in pairs.chain(self.drawn.iter_mut().zip(&other.drawn)) {
             sum.iter_mut().zip(other).for_each(|(sum, other)| *sum += other * weight);
         }
     }
@@ -49,7 +49,7 @@ impl StageRecord {
     fn clear(&mut self) {
         self.ground.fill([Vector3::zeros(); 2]);
         self.actuator_work.fill([0.0; 2]);
-        self.motor_heat.fill([0.0; 2]);
+        self.drawn.fill([0.0; 2]);
     }
 }
 

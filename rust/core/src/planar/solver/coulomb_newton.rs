@@ -59,9 +59,8 @@ impl Link {
         self.stiffness = self.actuator.evaluate(LawForm::Present, self.rate);
         self.moment = self.actuator.impulse;
         if let Some(motor) = &mut self.motor {
-            let (impulse, stiffness) = motor.limit(self.rate, (self.moment, self.stiffness));
-            let (own, own_stiffness) = motor.evaluate(LawForm::Present, self.rate);
-            (self.actuator.impulse, self.moment, self.stiffness) = (impulse, impulse + own, stiffness + own_stiffness);
+            let drive = (self.moment, self.stiffness);
+            (self.actuator.impulse, self.moment, self.stiffness) = motor.drive(LawForm::Present, self.rate, drive);
         }
     }
 }

@@ -257,10 +257,7 @@ impl<T: Real> Newton<T> {
                 && let Some(motor) = self.motors.get_mut(i - 1)
             {
                 let drive = (link.actuator.impulse, link.joint_stiffness);
-                (link.actuator.impulse, link.joint_stiffness) = motor.limit(joint_rate, drive);
-                let (moment, stiffness) = motor.evaluate(form, joint_rate);
-                link.joint_stiffness += stiffness;
-                link.joint_moment = link.actuator.impulse + moment;
+                (link.actuator.impulse, link.joint_moment, link.joint_stiffness) = motor.drive(form, joint_rate, drive);
             } else {
                 link.joint_moment = link.actuator.impulse;
             }

@@ -56,8 +56,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         for (j, (work, impulse)) in record.actuator_work.iter_mut().zip(actuator).enumerate() {
             work[0] = impulse.lane(lane) * (twist[j + 1].z.lane(lane) - twist[j].z.lane(lane));
         }
-        for ((heat, motor), impulse) in record.motor_heat.iter_mut().zip(&self.stage.motors).zip(actuator) {
-            heat[0] = motor.heat(*impulse).lane(lane);
+        for (j, (drawn, motor)) in record.drawn.iter_mut().zip(&self.stage.motors).enumerate() {
+            drawn[0] = motor.drawn(actuator[j], twist[j + 1].z - twist[j].z).lane(lane);
         }
     }
 

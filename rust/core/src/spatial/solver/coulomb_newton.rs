@@ -57,13 +57,11 @@ impl Link {
     fn evaluate_axes(&mut self) {
         for axis in 0..2 {
             let rate = self.rates[axis];
-            let (mut drive, mut own) = (self.actuators[axis].evaluate(rate), (0.0, 0.0));
-            if let Some(motor) = &mut self.motors[axis] {
-                drive = motor.limit(rate, drive);
-                own = motor.evaluate(LawForm::Present, rate);
-            }
-            self.drive[axis] = drive.0;
-            (self.moment[axis], self.stiffness[axis]) = (drive.0 + own.0, drive.1 + own.1);
+            let drive = self.actuators[axis].evaluate(rate);
+            (self.drive[axis], self.moment[axis], self.stiffness[axis]) = match &mut self.motors[axis] {
+                Some(motor) => motor.drive(LawForm::Present, rate, drive),
+                None => (drive.0, drive.0, drive.1),
+            };
         }
     }
 }

@@ -165,10 +165,9 @@ impl<T: Real> ActuatorTerm<T> {
     /// multiplier moves in the lanes `recentred`.
     #[inline(always)]
     pub fn add_motor(&mut self, motor: &mut MotorTerm<T>, axis: &mut ActuatorModel<T>, rate: T, recentred: T::Mask) {
-        (self.impulse, axis.stiffness) = motor.limit(rate, (self.impulse, axis.stiffness));
-        let (own, stiffness) = motor.evaluate(LawForm::Present, rate);
-        axis.impulse = self.impulse + own + motor.recentre_here(rate, recentred);
-        axis.stiffness += stiffness;
+        let drive = (self.impulse, axis.stiffness);
+        (self.impulse, axis.impulse, axis.stiffness) = motor.drive(LawForm::Present, rate, drive);
+        axis.impulse += motor.recentre_here(rate, recentred);
     }
 
     /// Impulse and stiffness at another rate.

@@ -78,9 +78,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         for (work, (impulse, rate)) in record.actuator_work.iter_mut().zip(actuator.iter().zip(rate)) {
             *work = [0, 1].map(|axis| impulse[axis].lane(lane) * rate[axis].lane(lane));
         }
-        let motors = self.stage.motors.iter().zip(actuator.iter().flatten());
-        for (heat, (motor, impulse)) in record.motor_heat.iter_mut().flatten().zip(motors) {
-            *heat = motor.heat(*impulse).lane(lane);
+        let axes = actuator.iter().flatten().zip(rate.iter().flatten());
+        for (drawn, (motor, (impulse, rate))) in
+            record.drawn.iter_mut().flatten().zip(self.stage.motors.iter().zip(axes))
+        {
+            *drawn = motor.drawn(*impulse, *rate).lane(lane);
         }
     }
 

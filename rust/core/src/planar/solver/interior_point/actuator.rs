@@ -1,6 +1,5 @@
 use crate::planar::{Stage, StageJoint};
 use crate::rows::MotorRow;
-use crate::solver::MotorTerm;
 
 use super::actuator_bounds::ActuatorBounds;
 
@@ -47,7 +46,7 @@ pub(super) fn actuator_impulse(joint: &StageJoint, motor: Option<&MotorRow>, rat
     let tight = joint.drive - joint.stiffness * rate;
     let loose = tight - tight.clamp(-joint.slack, joint.slack);
     let impulse = loose.clamp(-joint.limit, joint.limit);
-    motor.map_or(impulse, |motor| MotorTerm::new(motor, 0.0, 1.0, 1.0).limit(rate, (impulse, 0.0)).0)
+    motor.map_or(impulse, |motor| motor.limit(rate, (impulse, 0.0)).0)
 }
 
 /// The friction of a motor's gear in front of a link of this inertia.
@@ -90,7 +89,7 @@ fn list_pieces(j: usize, joint: &StageJoint, motor: Option<&MotorRow>, actuators
     if let Some(&MotorRow { stall, fall, .. }) = motor {
         let line = [(stall - limit) / fall, stall / fall];
         rates.extend(line.into_iter().chain(line.map(|rate| -rate)));
-        rates.extend([drive - slack - stall, drive + slack + stall].map(|drive| drive / (stiffness - fall)));
+        rates.extend([drive - slack - stall, drive + slack + stall].map(|excess| excess / (stiffness - fall)));
     }
     rates.retain(|rate| rate.is_finite());
     rates.sort_unstable_by(f64::total_cmp);
