@@ -162,7 +162,7 @@ def split(options: Mapping[str, Any]) -> tuple[Worlds, dict[str, Any]]:
         _accept_corridor(corridor, rest)
     worlds = Worlds(**{name: rest.pop(name, None) for name in OPTIONS}, model=rest.get("model", "planar"))
     if worlds.scene is not None:
-        for name in ("friction", "stribeck", "slope"):
+        for name in ("friction", "friction_backward", "stribeck", "slope"):
             if rest.get(name) is not None:
                 raise ConfigError(name, repr(rest[name]), "None beside a scene, which has a ground of its own")
         rest["scene"] = worlds.scene

@@ -54,6 +54,8 @@ ARGUMENTS = {
     "termination": "which events end an episode: `is_success`, `left_corridor`",
     "friction": "of the task's ground: Coulomb coefficients along and across a link, >= 0; null: its own, (0.2, 0.5) "
     'for "maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',
+    "friction_backward": "its coefficient along a link that slides backward, >= 0; the first of `friction` is then "
+    "that of one that slides forward; null: as forward",
     "stribeck": "its Stribeck friction: `drop`, the share lost in sliding, 0 to 1, and `speed`, at which half "
     "of that is lost [m/s]",
     "slope": "inclination of that ground: angle, 0 to pi/2, and direction in which it rises [rad]; only the block "

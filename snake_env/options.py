@@ -61,6 +61,7 @@ class TaskOptions(TypedDict, total=False):
     energy: str
     termination: Mapping[str, bool]
     friction: tuple[float, float] | None
+    friction_backward: float | None
     stribeck: Stribeck | Mapping[str, float]
     slope: tuple[float, float]
     controller: PD | IOLinearizing | str | Mapping[str, Any]

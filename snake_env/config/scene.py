@@ -53,6 +53,9 @@ class Scene(Section):
     Args:
         obstacles: circles as triples (radius, x, y) [m], radius > 0, and objects of :mod:`snake_env.obstacles`.
         friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
+        friction_backward: coefficient along a link that slides backward, away from link 1, >= 0, as scales have it; the
+            first of ``friction`` is then that of one that slides forward. None: as forward. Planar and spatial models
+            with the method "implicit".
         rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model only.
         stribeck: how friction falls in sliding; not in the minimal model.
         viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the minimal model only.
@@ -68,6 +71,7 @@ class Scene(Section):
 
     obstacles: Sequence[tuple[float, float, float] | Obstacle] = _GROUND.obstacles
     friction: tuple[float, float] = _GROUND.friction
+    friction_backward: float | None = _GROUND.friction_backward
     rolling_friction: float = _GROUND.rolling_friction
     stribeck: Stribeck = Stribeck()
     viscous: tuple[float, float] = _GROUND.viscous

@@ -53,6 +53,7 @@ SECTIONS = [
         [3, "x", [(0.1, 0.2)], [(0.0, 1, 1)], [(-1, 1, 1)], [(0.1, NAN, 1)], [(0.1, 1, "y")]],
     ),
     (Scene, "friction", [0.2, (0.2,), (0.2, 0.2, 0.2), (-0.1, 0.2), (0.2, NAN), "x"]),
+    (Scene, "friction_backward", [-0.1, NAN, INF, "x", (0.1, 0.1)]),
     (Scene, "rolling_friction", [-0.1, NAN, INF, "x", None, (0.02, 0.02)]),
     (Scene, "viscous", [(-0.1, 0.0), (0.1,), (0.1, NAN), "x"]),
     (Scene, "slope", [0.1, (0.1,), (-0.1, 0.0), (1.6, 0.0), (NAN, 0.0), (0.1, INF), "x", None]),
@@ -362,6 +363,7 @@ def test_environments_have_the_implicit_method_only(make, integrator):
 USES = {
     "contact with pegs": {"scene": Scene.preset("table-7.5")},
     "the Stribeck effect": {"scene": Scene(stribeck=Stribeck(drop=0.1))},
+    "friction that differs forward and backward": {"scene": Scene(friction_backward=0.3)},
     "obstacles of finite height": {"scene": Scene(obstacles=[Circle(0.1, 3.0, 3.0, height=0.1)])},
     "backlash of the joints": {"robot": Robot(backlash=0.1)},
     "contact of the robot with itself": {"robot": Robot(self_contact=True)},

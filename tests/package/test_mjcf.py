@@ -208,7 +208,12 @@ def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
             "",
         ),
         # Smoothing is that of the laws that are refused, and a course the name of a preset.
-        (Scene, "obstacles friction slope", "stribeck viscous friction_law", "rolling_friction smoothing course"),
+        (
+            Scene,
+            "obstacles friction slope",
+            "friction_backward stribeck viscous friction_law",
+            "rolling_friction smoothing course",
+        ),
         (PD, "kp kd torque_limit", "active_from treatment", "law"),
     ],
 )

@@ -72,6 +72,7 @@ pub enum Feature {
     ObstacleFriction,
     ObstacleHeight,
     StribeckEffect,
+    Skin,
     Backlash,
     SelfContact,
     JointLimits,
@@ -102,7 +103,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 20] = {
+pub const CAPABILITIES: [Capability; 21] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -113,6 +114,7 @@ pub const CAPABILITIES: [Capability; 20] = {
         row(Feature::ObstacleFriction, "friction at obstacles", "0", [Implicit, Implicit, Never]),
         row(Feature::ObstacleHeight, "obstacles of finite height", "None", [Never, Implicit, Never]),
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
+        row(Feature::Skin, "friction that differs forward and backward", "None", [Implicit, Implicit, Never]),
         row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Implicit, Never]),
         row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Implicit, Never]),
         row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Implicit, Never]),
@@ -198,6 +200,12 @@ pub fn require_supported(
     }
     let drop = scene.stribeck.drop;
     Feature::StribeckEffect.require(on, drop != 0.0, "scene.stribeck.drop", drop)?;
+    if let Some(backward) = scene.friction_backward {
+        let differs = backward != scene.friction[0];
+        Feature::Skin.require(on, differs, "scene.friction_backward", backward)?;
+        let expected = "None with an input-output linearising controller, whose model is symmetric";
+        require(!differs || controller.law == ControlLaw::Pd, "scene.friction_backward", backward, expected)?;
+    }
     let viscous = scene.viscous;
     Feature::ViscousFriction.require(on, viscous != [0.0; 2], "scene.viscous", format!("{viscous:?}"))?;
     let law = scene.friction_law;

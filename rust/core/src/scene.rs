@@ -1,9 +1,10 @@
 //! The scene: obstacles and the ground's friction (T 3.3.1, T Tables 7.3 and 7.5).
 
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive};
-use crate::laws::Stribeck;
+use crate::laws::{Skin, Stribeck};
 use crate::obstacles::Obstacle;
 use crate::slope::Slope;
 
@@ -37,6 +38,9 @@ pub struct SceneConfig {
     pub obstacles: Vec<Obstacle>,
     /// Coulomb friction coefficients along and across a link, (mu_Tx, mu_Ty).
     pub friction: [f64; 2],
+    /// Coulomb coefficient along a link that slides backward; where it is given, the first of `friction` is that of one that
+    /// slides forward. Not the minimal model.
+    pub friction_backward: Option<f64>,
     /// Rolling friction coefficient mu_V (T 4.87); the spatial model only.
     pub rolling_friction: f64,
     /// How friction falls in sliding (T 7.5.4); not the minimal model.
@@ -55,6 +59,7 @@ impl Default for SceneConfig {
         Self {
             obstacles: Vec::new(),
             friction: [0.2, 0.2],
+            friction_backward: None,
             rolling_friction: 0.02,
             stribeck: Stribeck::default(),
             viscous: [0.0; 2],
@@ -73,6 +78,7 @@ pub const SMOOTHING: f64 = 1e-3;
 pub struct Scene {
     pub obstacles: Vec<Obstacle>,
     pub friction: [f64; 2],
+    pub friction_backward: Option<f64>,
     pub rolling_friction: f64,
     pub stribeck: Stribeck,
     pub slope: Slope,
@@ -87,6 +93,8 @@ impl Scene {
         }
         non_negative("friction[0]", config.friction[0])?;
         non_negative("friction[1]", config.friction[1])?;
+        let friction_backward = config.friction_backward;
+        friction_backward.map_or(Ok(0.0), |backward| non_negative("friction_backward", backward))?;
         let rolling_friction = non_negative("rolling_friction", config.rolling_friction)?;
         let (friction, stribeck, slope) = (config.friction, config.stribeck, config.slope);
         slope.validate()?;
@@ -94,7 +102,13 @@ impl Scene {
         non_negative("viscous[0]", config.viscous[0])?;
         non_negative("viscous[1]", config.viscous[1])?;
         positive("smoothing", config.smoothing)?;
-        Ok(Self { obstacles: config.obstacles.clone(), friction, rolling_friction, stribeck, slope })
+        let obstacles = config.obstacles.clone();
+        Ok(Self { obstacles, friction, friction_backward, rolling_friction, stribeck, slope })
+    }
+
+    /// Coefficients of sliding friction along and across a link, the larger ones along, and the skin.
+    pub fn sliding(&self) -> (Vector2<f64>, Option<Skin>) {
+        Skin::of(self.friction, self.friction_backward)
     }
 }
 

@@ -103,9 +103,13 @@ pub fn unstacked(u: &DVector<f64>) -> Vec<Twist> {
 
 /// The dual block of one law: which columns of W it owns and how its impulse follows from a free one.
 enum Law {
-    Friction(Ellipse),
+    /// For forces along the link and against it.
+    Friction([Ellipse; 2]),
     Contact,
-    Drive { limit: f64, swallowed: f64 },
+    Drive {
+        limit: f64,
+        swallowed: f64,
+    },
 }
 
 /// The velocity of a stage by block Gauss-Seidel on impulses, to about `accuracy` \[m/s\]; `None` if
@@ -119,7 +123,9 @@ pub fn solve(stage: &Stage, accuracy: f64) -> Option<Vec<Twist>> {
     let mut laws: Vec<(Law, usize, usize)> = Vec::new();
     let (mut offset, mut compliance) = (Vec::new(), Vec::new());
     for (i, link) in stage.links.iter().enumerate() {
-        laws.push((Law::Friction(Ellipse { axes: link.friction }), columns.len(), 2));
+        let shares = stage.skin.map_or([1.0; 2], |skin| skin.shares());
+        let sets = shares.map(|share| Ellipse { axes: Vector2::new(share * link.friction.x, link.friction.y) });
+        laws.push((Law::Friction(sets), columns.len(), 2));
         for axis in [(link.heading.cos, link.heading.sin), (-link.heading.sin, link.heading.cos)] {
             let mut w = DVector::zeros(3 * n);
             (w[3 * i], w[3 * i + 1]) = axis;
@@ -188,8 +194,8 @@ fn gauss_seidel(
             let before = p.rows(*at, *size).into_owned();
             let wanted = &before - gamma.rows(*at, *size) * r;
             let after = match law {
-                Law::Friction(set) => {
-                    let q = set.project(Vector2::new(wanted[0], wanted[1]));
+                Law::Friction(sets) => {
+                    let q = sets[usize::from(wanted[0] < 0.0)].project(Vector2::new(wanted[0], wanted[1]));
                     DVector::from_vec(vec![q.x, q.y])
                 }
                 Law::Contact => wanted.map(|x| x.max(0.0)),

@@ -58,13 +58,16 @@ impl Dense {
                 let (link, part) = (k / 3, k % 3);
                 let row = if part < 2 { 8 * link + 3 * part + 1 } else { 8 * link + 6 };
                 let normal = |end: usize| impulse[8 * link + 3 * end];
-                let radius = if part < 2 {
+                let mut radius = if part < 2 {
                     stage.friction.sliding * normal(part)
                 } else {
                     Vector2::repeat(stage.friction.rolling * (normal(0) + normal(1)))
                 };
                 let rate = 0.9 / (delassus[(row, row)] + delassus[(row + 1, row + 1)]);
                 let slip = Vector2::new(at(row, &velocity), at(row + 1, &velocity));
+                if let Some(skin) = stage.friction.skin.filter(|_| part < 2) {
+                    radius.x *= skin.shares()[usize::from(impulse[row] < rate * slip.x)];
+                }
                 // In the coordinates in which the ellipse is a disc.
                 let metric = radius.component_mul(&radius) / radius.max().powi(2).max(1e-300);
                 let wanted = Vector2::new(impulse[row], impulse[row + 1]) - slip.component_mul(&metric) * rate;

@@ -147,6 +147,8 @@ pub struct EnvConfig {
     pub termination: Termination,
     /// Of the task's ground: friction coefficients along and across a link; `None`: the task's own.
     pub friction: Option<[f64; 2]>,
+    /// Its coefficient along a link that slides backward; none: as forward.
+    pub friction_backward: Option<f64>,
     /// How its friction falls in sliding.
     pub stribeck: Stribeck,
     /// Its inclination of the ground \[rad\], and the direction in which it rises \[rad\].
@@ -214,6 +216,7 @@ impl Default for EnvConfig {
             energy: Energy::default(),
             termination: Termination::default(),
             friction: None,
+            friction_backward: None,
             stribeck: Stribeck::default(),
             slope: Slope::default(),
             controller: ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
@@ -262,12 +265,12 @@ impl EnvConfig {
 
     /// The ground, a scene without obstacles.
     pub fn ground(&self) -> SceneConfig {
-        let Self { stribeck, slope, .. } = *self;
+        let Self { friction_backward, stribeck, slope, .. } = *self;
         match &self.scene {
             Some(scene) => SceneConfig { obstacles: Vec::new(), ..scene.clone() },
             None => {
                 let friction = self.friction.unwrap_or_else(|| (self.task.family().friction)(self.model));
-                SceneConfig { friction, stribeck, slope, ..SceneConfig::default() }
+                SceneConfig { friction, friction_backward, stribeck, slope, ..SceneConfig::default() }
             }
         }
     }

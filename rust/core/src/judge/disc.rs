@@ -42,6 +42,27 @@ pub fn ellipse<T: Real>(a: &Vector2<T>, slip: &Vector2<T>, impulse: &Vector2<T>,
     FrictionViolation { squared: squared_defect(longer, &stretched, &step) + outside * outside, gap }
 }
 
+/// The same for the ground: an ellipse, or two half-ellipses whose semi-axes along are `shares` of that of `a` for forces
+/// along e_x and against it.
+///
+/// Normals of the set where they meet are across, so impulse and slip obey the law exactly if they obey that of the whole
+/// ellipse on the side of P - m gamma. The dissipation of a slip is that of the force against it.
+#[inline(always)]
+pub fn ground<T: Real>(
+    a: &Vector2<T>,
+    shares: Option<[f64; 2]>,
+    slip: &Vector2<T>,
+    impulse: &Vector2<T>,
+    mass: T,
+) -> FrictionViolation<T> {
+    let Some(shares) = shares else { return ellipse(a, slip, impulse, mass) };
+    let (with, against) = (T::splat(shares[0]) * a.x, T::splat(shares[1]) * a.x);
+    let nearest = Vector2::new(T::select((mass * slip.x).lt(impulse.x), with, against), a.y);
+    let resisting = Vector2::new(T::select(slip.x.lt(T::zero()), with, against), a.y);
+    let FrictionViolation { squared, .. } = ellipse(&nearest, slip, impulse, mass);
+    FrictionViolation { squared, gap: ellipse(&resisting, slip, impulse, mass).gap }
+}
+
 /// |p - prox(p - step)|^2 for the disc of a radius.
 #[inline(always)]
 fn squared_defect<T: Real>(radius: T, p: &Vector2<T>, step: &Vector2<T>) -> T {

@@ -17,7 +17,7 @@ mod rows;
 pub use balance::{BalancedLink, ChainBalance};
 pub use clamp::clamp;
 pub(crate) use disc::disc;
-pub use disc::{FrictionViolation, ellipse};
+pub use disc::{FrictionViolation, ellipse, ground};
 pub(crate) use half_line::half_line;
 pub use mobility::Mobility;
 pub(crate) use motor::{drive, motor};

@@ -3,6 +3,7 @@ use nalgebra::Vector2;
 use crate::math::Real;
 
 use super::disc::{Disc, DiscEvaluation, Radius, Symmetric2, Unit};
+use super::skin::Halves;
 
 /// Orthotropic Coulomb friction in proximal form (T 3.63 != D4), in coordinates in which its ellipse is a disc.
 ///
@@ -19,7 +20,7 @@ pub struct Coulomb<T = f64, R = T> {
 /// Impulse of a friction law and its stiffness against the slip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evaluation<T = f64> {
-    /// p, in disc coordinates.
+    /// p, or S p of a [`Skin`](super::Skin), in disc coordinates.
     pub value: Vector2<T>,
     /// -d(S p)/d(gamma) = r S D S \[kg\].
     pub stiffness: Symmetric2<T>,
@@ -42,8 +43,10 @@ impl<T: Real, R: Radius<T>> Coulomb<T, R> {
 
     /// p and stiffness at the slip `gamma`.
     #[inline(always)]
-    pub fn evaluate(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>) -> Evaluation<T> {
-        self.stiffness_of(self.disc.evaluate(&self.argument(centre, r, gamma)), r)
+    pub fn evaluate(&self, halves: impl Halves, centre: &Vector2<T>, r: T, gamma: &Vector2<T>) -> Evaluation<T> {
+        let x = self.argument(centre, r, gamma);
+        let side = halves.side(x.x);
+        self.stiffness_of(halves.out_of_disc(self.disc.evaluate(&halves.scaled(&x, side)), side), r)
     }
 
     /// x = centre - r S gamma.
@@ -62,18 +65,27 @@ impl<T: Real, R: Radius<T>> Coulomb<T, R> {
 
     /// First and second derivative by alpha of the law's convex function at `gamma + alpha rate`.
     #[inline(always)]
-    pub fn along(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, rate: &Vector2<T>, alpha: T) -> (T, T) {
+    pub fn along(
+        &self,
+        halves: impl Halves,
+        centre: &Vector2<T>,
+        r: T,
+        gamma: &Vector2<T>,
+        rate: &Vector2<T>,
+        alpha: T,
+    ) -> (T, T) {
         let (slip, d) = (self.scaled(gamma), self.scaled(rate));
         let x = Vector2::new(centre.x - r * (slip.x + alpha * d.x), centre.y - r * (slip.y + alpha * d.y));
-        let (first, second) = self.disc.along(&x, &d, r);
+        let side = halves.side(x.x);
+        let (first, second) = self.disc.along(&halves.scaled(&x, side), &halves.scaled(&d, side), r);
         (-first, second)
     }
 
     /// The alpha at which `|centre - r S (gamma + alpha rate)|` is least: there the slope of the law's function nearly
     /// jumps. NaN where the rate is zero.
     #[inline(always)]
-    pub fn kink(&self, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
+    pub fn kink(&self, halves: impl Halves, centre: &Vector2<T>, r: T, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
         let (d, x) = (self.scaled(rate), self.argument(centre, r, gamma));
-        (x.x * d.x + x.y * d.y) / (r * (d.x * d.x + d.y * d.y))
+        halves.least(&x, &d, r)
     }
 }

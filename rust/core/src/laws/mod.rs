@@ -22,6 +22,7 @@ mod disc;
 mod ellipse;
 mod half_line;
 mod interval;
+mod skin;
 mod stribeck;
 
 pub use actuator::LimitedActuator;
@@ -32,6 +33,7 @@ pub use disc::{Disc, DiscEvaluation, Radius, Symmetric2, Unit};
 pub use ellipse::Ellipse;
 pub use half_line::HalfLine;
 pub use interval::Interval;
+pub use skin::{Halves, Skin, Whole};
 pub use stribeck::{Stribeck, remaining};
 
 /// A closed convex set that contains the origin.

@@ -60,6 +60,7 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
 fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
     let (mut squared_friction, mut squared_joint) = (T::zero(), T::zero());
     let mut balance = ChainBalance::new(T::zero());
+    let shares = stage.skin.map(|skin| skin.shares());
     let last = stage.links.len() - 1;
     let mut contacts = stage.contacts.iter().zip(&solution.contact).peekable();
     for (i, link) in stage.links.iter().enumerate() {
@@ -67,7 +68,7 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
         let mobility = Mobility::of(mass, inertia, half_length);
         let u = &solution.twist[i];
         let slip = link.heading.to_link(u.xy());
-        let friction = judge::ellipse(&link.friction, &slip, &solution.friction[i], mass);
+        let friction = judge::ground(&link.friction, shares, &slip, &solution.friction[i], mass);
         squared_friction = worse(squared_friction, friction.squared * (mobility.force * mobility.force));
         certificate.gap += worse(T::zero(), friction.gap);
         if i < last {

@@ -28,6 +28,7 @@ impl<T: Real> Stage<T> {
     /// Copies the stage of `lane` into `one`, with the contacts that the lane has.
     pub fn copy_lane(&self, lane: usize, one: &mut Stage) {
         one.coefficient = Real::lane(self.coefficient, lane);
+        one.skin = self.skin;
         one.links.clear();
         one.links.extend(self.links.iter().map(|link| link.lane(lane)));
         one.joints.clear();

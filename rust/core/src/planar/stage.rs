@@ -16,6 +16,7 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
+use crate::laws::{Halves, Skin};
 use crate::math::Real;
 use crate::rows::{ContactRow, MotorRow, PairRow, Saved};
 use crate::stepping::StageStop;
@@ -34,7 +35,7 @@ pub struct StageLink<T = f64> {
     pub inertia: T,
     /// L_i / 2 \[m\].
     pub half_length: T,
-    /// Semi-axes of C_T as impulses, mu m g c, in the link's frame \[N s\].
+    /// Semi-axes of C_T as impulses, mu m g c, in the link's frame; with a skin those of the longer half \[N s\].
     pub friction: Vector2<T>,
 }
 
@@ -84,6 +85,9 @@ pub struct StageObstacleFriction<T = f64> {
 pub struct Stage<T = f64> {
     /// c: the part of the step this stage covers \[s\].
     pub coefficient: T,
+    /// Of links that slide otherwise forward than backward.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skin: Option<Skin>,
     pub links: Vec<StageLink<T>>,
     pub joints: Vec<StageJoint<T>>,
     /// Of each joint; empty where no joint is near a stop.
@@ -103,6 +107,7 @@ impl<T: Real> Stage<T> {
     pub fn with_capacity(links: usize) -> Self {
         Self {
             coefficient: T::zero(),
+            skin: None,
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
             stops: Vec::with_capacity(links - 1),
@@ -118,6 +123,14 @@ impl Stage {
     /// Mass of the lightest link \[kg\].
     pub(super) fn lightest_mass(&self) -> f64 {
         self.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Replaces the set of a skin by the whole ellipses on the sides on which the forces of `solution` lie, or would lie.
+    pub(super) fn take_sides(&mut self, solution: &StageSolution) {
+        let Some(skin) = self.skin.take() else { return };
+        for ((link, impulse), u) in self.links.iter_mut().zip(&solution.friction).zip(&solution.twist) {
+            link.friction.x *= skin.side(impulse.x - link.mass * link.heading.to_link(u.xy()).x);
+        }
     }
 
     /// Velocities of links 2..n from the joints, given the twist of link 1 and all angular velocities.

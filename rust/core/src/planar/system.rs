@@ -2,7 +2,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
-use crate::laws::Stribeck;
+use crate::laws::{Skin, Stribeck};
 use crate::robot::{Link, Robot};
 use crate::slope::Slope;
 use crate::stepping::PlantParameters;
@@ -12,8 +12,9 @@ use crate::stepping::PlantParameters;
 pub struct PlanarSystem {
     pub robot: Robot,
     pub controller: ControllerConfig,
-    /// mu_Tx, mu_Ty.
+    /// mu_Tx, mu_Ty; with a skin the larger mu_Tx.
     friction: Vector2<f64>,
+    skin: Option<Skin>,
     stribeck: Stribeck,
     /// In the frame of the ground \[m/s^2\].
     gravity: Vector3<f64>,
@@ -28,13 +29,19 @@ impl PlanarSystem {
         let smallest_radius = robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min);
         let (friction, stribeck) = (Vector2::from(friction), Stribeck::default());
         let gravity = Slope::default().acceleration(robot.gravity);
-        Ok(Self { robot, controller, friction, stribeck, gravity, smallest_radius })
+        Ok(Self { robot, controller, friction, skin: None, stribeck, gravity, smallest_radius })
     }
 
     /// The same on ground with this Stribeck effect.
     #[must_use]
     pub fn on_ground_with(self, stribeck: Stribeck) -> Self {
         Self { stribeck, ..self }
+    }
+
+    /// The same with these coefficients of friction, and a skin.
+    #[must_use]
+    pub fn covered_with(self, (friction, skin): (Vector2<f64>, Option<Skin>)) -> Self {
+        Self { friction, skin, ..self }
     }
 
     /// The same on inclined ground.
@@ -60,6 +67,10 @@ impl PlanarSystem {
     /// Radius of the thinnest link \[m\].
     pub fn smallest_radius(&self) -> f64 {
         self.smallest_radius
+    }
+
+    pub fn skin(&self) -> Option<Skin> {
+        self.skin
     }
 
     /// mu_Tx, mu_Ty.

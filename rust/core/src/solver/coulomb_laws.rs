@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::laws::HalfLine;
+use crate::laws::{HalfLine, Halves, Skin};
 
 /// The proximal form in which laws are evaluated.
 #[derive(Debug, Clone, Copy)]
@@ -24,6 +24,21 @@ impl CoulombForm {
     /// Of a stage whose links have this `mass` on average, with the compliance of its stiff contacts.
     pub fn stiff(mass: f64, penalty: f64) -> Self {
         Self { weight: mass, compliance: 1.0 / (penalty * mass), is_lagged: false }
+    }
+
+    /// z of a law of friction, and the share of its side; of a skin z = S (grad h(P) - rho (gamma + ...)).
+    pub fn argument(
+        &self,
+        skin: Option<Skin>,
+        impulse: &Vector2<f64>,
+        centre: &Vector2<f64>,
+        slip: &Vector2<f64>,
+    ) -> (Vector2<f64>, f64) {
+        let softened = (impulse - centre) * self.compliance;
+        let Some(skin) = skin else { return (impulse - (slip + softened) * self.weight, 1.0) };
+        let y = skin.gradient(&(impulse - softened * self.weight)) - slip * self.weight;
+        let side = skin.side(y.x);
+        (skin.scaled(&y, side), side)
     }
 
     /// Change of a normal impulse, and the same per velocity, with which the linearised law holds.
@@ -108,6 +123,17 @@ pub(crate) struct DiscTangent {
 }
 
 impl DiscTangent {
+    /// On the side of a skin that has this share: of S p, by the slip itself.
+    pub fn on_side(side: f64, z: &Vector2<f64>, defect: &Vector2<f64>, radius: f64, form: &CoulombForm) -> Self {
+        let scale = Matrix2::new(side, 0.0, 0.0, 1.0);
+        let inverse = if side > 0.0 { 1.0 / side } else { 0.0 };
+        let Self { constant, outward, from_slip } =
+            Self::new(z, &Vector2::new(inverse * defect.x, defect.y), radius, form);
+        let along = if side > 0.0 { side * constant.x } else { -defect.x };
+        let constant = Vector2::new(along, constant.y);
+        Self { constant, outward: scale * outward, from_slip: scale * from_slip * scale }
+    }
+
     pub fn new(z: &Vector2<f64>, defect: &Vector2<f64>, radius: f64, form: &CoulombForm) -> Self {
         let CoulombForm { weight, compliance, .. } = *form;
         let (length, soft) = (z.norm(), weight * compliance);

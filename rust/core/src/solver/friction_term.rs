@@ -1,6 +1,6 @@
 use nalgebra::Vector2;
 
-use crate::laws::{Coulomb, Evaluation, Symmetric2, Unit};
+use crate::laws::{Coulomb, Evaluation, Halves, Symmetric2, Unit};
 use crate::math::Real;
 
 /// Friction with given semi-axes in proximal form around a multiplier, in coordinates in which its ellipse is the unit
@@ -33,22 +33,22 @@ impl<T: Real> FrictionTerm<T> {
 
     /// Moves to a slip velocity; returns the stiffness there.
     #[inline(always)]
-    pub fn evaluate(&mut self, slip: &Vector2<T>) -> Symmetric2<T> {
-        let Evaluation { value, stiffness } = self.law.evaluate(&self.centre, self.penalty, slip);
+    pub fn evaluate(&mut self, halves: impl Halves, slip: &Vector2<T>) -> Symmetric2<T> {
+        let Evaluation { value, stiffness } = self.law.evaluate(halves, &self.centre, self.penalty, slip);
         self.value = value;
         stiffness
     }
 
     /// First and second derivative by alpha of the law's function at `slip + alpha rate`.
     #[inline(always)]
-    pub fn along(&self, slip: &Vector2<T>, rate: &Vector2<T>, alpha: T) -> (T, T) {
-        self.law.along(&self.centre, self.penalty, slip, rate, alpha)
+    pub fn along(&self, halves: impl Halves, slip: &Vector2<T>, rate: &Vector2<T>, alpha: T) -> (T, T) {
+        self.law.along(halves, &self.centre, self.penalty, slip, rate, alpha)
     }
 
     /// The alpha at which the slope of the law's function nearly jumps; NaN where the rate is zero.
     #[inline(always)]
-    pub fn kink(&self, slip: &Vector2<T>, rate: &Vector2<T>) -> T {
-        self.law.kink(&self.centre, self.penalty, slip, rate)
+    pub fn kink(&self, halves: impl Halves, slip: &Vector2<T>, rate: &Vector2<T>) -> T {
+        self.law.kink(halves, &self.centre, self.penalty, slip, rate)
     }
 
     /// Square of how far the velocity of a link of mass `mass` is from obeying the law because the multiplier is not
@@ -58,12 +58,13 @@ impl<T: Real> FrictionTerm<T> {
     /// off by |P - P_centre| / (r gamma), which changes the link's velocity by that angle times a / m, but by no more
     /// than gamma itself.
     #[inline(always)]
-    pub fn squared_error(&self, slip: &Vector2<T>, mass: T) -> T {
+    pub fn squared_error(&self, halves: impl Halves, slip: &Vector2<T>, mass: T) -> T {
         let (zero, infinity) = (T::zero(), T::splat(f64::INFINITY));
-        let (x, y) = (self.value.x - self.centre.x, self.value.y - self.centre.y);
+        let (multiplier, p) = (halves.gradient(&self.value), halves.in_disc(&self.value));
+        let (x, y) = (multiplier.x - self.centre.x, multiplier.y - self.centre.y);
         let change = x * x + y * y;
         let longer = self.law.shape.x.max(self.law.shape.y);
-        let slides = T::splat(SLIDING).lt(self.value.x * self.value.x + self.value.y * self.value.y);
+        let slides = T::splat(SLIDING).lt(p.x * p.x + p.y * p.y);
         let squared_speed = slip.x * slip.x + slip.y * slip.y;
         // Either stiffness by one division: the larger violation is that over the smaller of the two.
         let (sticking, sliding) = (self.penalty * longer, self.penalty * mass);
@@ -77,6 +78,14 @@ impl<T: Real> FrictionTerm<T> {
     #[inline(always)]
     pub fn stiffen(&mut self, factor: T) {
         self.penalty = self.penalty * factor;
+    }
+
+    /// Makes the multiplier, an impulse after [`Self::new`] and [`Self::recentre`], what belongs to it in these halves.
+    #[inline(always)]
+    pub fn raise(&mut self, halves: impl Halves, lanes: T::Mask) {
+        let multiplier = halves.gradient(&self.centre);
+        self.centre.x = T::select(lanes, multiplier.x, self.centre.x);
+        self.centre.y = T::select(lanes, multiplier.y, self.centre.y);
     }
 
     #[inline(always)]

@@ -83,7 +83,8 @@ fn verify_ground<T: Real>(
         );
         let load = link.share[end] * normal;
         let bound = Vector2::new(mu.sliding.x * load, mu.sliding.y * load);
-        add_friction(judge::ellipse(&bound, &slip, &solution.friction[i][end], link.mass).squared);
+        let shares = mu.skin.map(|skin| skin.shares());
+        add_friction(judge::ground(&bound, shares, &slip, &solution.friction[i][end], link.mass).squared);
     }
     let rolling = Vector2::new(-(link.radius * u.angular.y), link.radius * u.angular.x);
     let radius = mu.rolling * (solution.normal[i][0] + solution.normal[i][1]);

@@ -67,6 +67,7 @@ impl<T: Real> Stage<T> {
         to.coefficient = Real::lane(self.coefficient, lane);
         to.friction.sliding = self.friction.sliding.lane(lane);
         to.friction.rolling = Real::lane(self.friction.rolling, lane);
+        to.friction.skin = self.friction.skin;
         to.links.clear();
         to.links.extend(self.links.iter().map(|link| link.lane(lane)));
         to.axes.clone_from(&self.axes);

@@ -4,7 +4,8 @@
 //!
 //! `M x - p = W_N P_N + W_T P_T + W_V P_V + W_H P_H + W_J P_J + W_tau D`, `W_J^T x = 0` (T 4.69), (T 4.112 != D41),
 //! `0 <= P_N  _|_  W_N^T x + offset >= 0` (T 4.78), the same for obstacles (T 4.79) and between links of one robot,
-//! `-W_T^T x in N_{C_T}(P_T)` with the ellipse of semi-axes mu P_N (T 4.82)-(T 4.84),
+//! `-W_T^T x in N_{C_T}(P_T)` with the ellipse of semi-axes mu P_N (T 4.82)-(T 4.84), or a half of it and a half of another
+//! one,
 //! `-W_V^T x in N_{C_V}(P_V)` with the disc of radius mu_V P_N (T 4.86)-(T 4.87),
 //! `D = clamp(b - k phi')` (T 4.101)-(T 4.102).
 //!
@@ -19,6 +20,7 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::LINK_CONTACTS_PER_LINK;
+use crate::laws::Skin;
 use crate::math::Real;
 use crate::robot::Axes;
 use crate::rows::{ContactRow, MotorRow, PairRow, Saved};
@@ -108,10 +110,19 @@ impl StageObstacleFriction {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct StageFriction<T = f64> {
-    /// (mu_Tx, mu_Ty).
+    /// (mu_Tx, mu_Ty); with a skin the larger mu_Tx.
     pub sliding: Vector2<T>,
     /// mu_V.
     pub rolling: T,
+    /// Of links that slide otherwise forward than backward.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skin: Option<Skin>,
+}
+
+impl<T: Real> StageFriction<T> {
+    pub fn none() -> Self {
+        Self { sliding: Vector2::new(T::zero(), T::zero()), rolling: T::zero(), skin: None }
+    }
 }
 
 /// Data of one stage, of one robot or of several side by side.
@@ -145,7 +156,7 @@ impl<T: Real> Stage<T> {
         let zero = T::zero();
         Self {
             coefficient: zero,
-            friction: StageFriction { sliding: Vector2::new(zero, zero), rolling: zero },
+            friction: StageFriction::none(),
             links: Vec::with_capacity(links),
             axes: Vec::with_capacity(links - 1),
             joints: Vec::with_capacity(links - 1),

@@ -2,7 +2,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require};
-use crate::laws::Stribeck;
+use crate::laws::{Skin, Stribeck};
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::stepping::PlantParameters;
@@ -14,8 +14,9 @@ use super::ChainShape;
 pub struct SpatialSystem {
     pub robot: Robot,
     pub controller: ControllerConfig,
-    /// mu_Tx, mu_Ty.
+    /// mu_Tx, mu_Ty; with a skin the larger mu_Tx.
     pub friction: Vector2<f64>,
+    pub skin: Option<Skin>,
     /// mu_V.
     pub rolling_friction: f64,
     pub stribeck: Stribeck,
@@ -31,13 +32,15 @@ impl SpatialSystem {
         controller.validate()?;
         let expected = "\"pd\": the spatial model has no input-output linearisation";
         require(controller.law == ControlLaw::Pd, "law", "io", expected)?;
-        let Scene { friction, rolling_friction, stribeck, slope, .. } = scene;
+        let Scene { rolling_friction, stribeck, slope, .. } = scene;
+        let (friction, skin) = scene.sliding();
         Ok(Self {
             gravity: slope.acceleration(robot.gravity),
             shape: ChainShape::new(&robot),
             robot,
             controller,
-            friction: Vector2::from(*friction),
+            friction,
+            skin,
             rolling_friction: *rolling_friction,
             stribeck: *stribeck,
         })

@@ -4,7 +4,9 @@
 use nalgebra::Vector2;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use snake_core::laws::{Backlash, ConvexSet, Coulomb, Disc, HalfLine, Interval, LimitedActuator, Stribeck, Unit};
+use snake_core::laws::{
+    Backlash, ConvexSet, Coulomb, Disc, HalfLine, Interval, LimitedActuator, Stribeck, Unit, Whole,
+};
 
 /// Step of central differences, and their error for functions of size and curvature of about one.
 const STEP: f64 = 1e-6;
@@ -94,13 +96,13 @@ proptest! {
     ) {
         let x = centre - law.scaled(&slip) * r;
         prop_assume!(away_from(x.norm(), law.disc.radius));
-        let impulse = |slip: Vector2<f64>| law.scaled(&law.evaluate(&centre, r, &slip).value);
-        let k = law.evaluate(&centre, r, &slip).stiffness;
+        let impulse = |slip: Vector2<f64>| law.scaled(&law.evaluate(Whole, &centre, r, &slip).value);
+        let k = law.evaluate(Whole, &centre, r, &slip).stiffness;
         let expected = Vector2::from_fn(|i, _| difference(|s| -impulse(slip + d * s)[i]));
         let found = Vector2::new(k.xx * d.x + k.xy * d.y, k.xy * d.x + k.yy * d.y);
         prop_assert!((found - expected).norm() < DIFFERENCE * 1000.0, "{found} against {expected}");
         prop_assert!(found.dot(&d) >= -1e-12);
-        prop_assert!((law.evaluate(&centre, r, &slip).value - law.disc.project(x)).norm() < 1e-14);
+        prop_assert!((law.evaluate(Whole, &centre, r, &slip).value - law.disc.project(x)).norm() < 1e-14);
     }
 
     /// Along a ray the slope is minus the power of the impulse, and the curvature its derivative.
@@ -109,10 +111,10 @@ proptest! {
         (law, r) in coulomb(), centre in vector(), slip in vector(), rate in vector(), alpha in 0.0..1.0_f64
     ) {
         let at = slip + rate * alpha;
-        let (slope, curvature) = law.along(&centre, r, &slip, &rate, alpha);
-        let impulse = law.scaled(&law.evaluate(&centre, r, &at).value);
+        let (slope, curvature) = law.along(Whole, &centre, r, &slip, &rate, alpha);
+        let impulse = law.scaled(&law.evaluate(Whole, &centre, r, &at).value);
         prop_assert!((slope + impulse.dot(&rate)).abs() < 1e-12);
-        let k = law.evaluate(&centre, r, &at).stiffness;
+        let k = law.evaluate(Whole, &centre, r, &at).stiffness;
         let bend = rate.x * (k.xx * rate.x + k.xy * rate.y) + rate.y * (k.xy * rate.x + k.yy * rate.y);
         prop_assert!((curvature - bend).abs() < 1e-11, "{curvature} against {bend}");
     }
@@ -124,7 +126,7 @@ proptest! {
     ) {
         prop_assume!(law.scaled(&rate).norm() > 0.1);
         let length = |alpha: f64| (centre - law.scaled(&(slip + rate * alpha)) * r).norm();
-        let kink = law.kink(&centre, r, &slip, &rate);
+        let kink = law.kink(Whole, &centre, r, &slip, &rate);
         prop_assert!(length(kink) <= length(kink + 1e-3) && length(kink) <= length(kink - 1e-3));
     }
 

@@ -23,6 +23,7 @@ mod reference;
 mod scheme_laws;
 mod self_contact_laws;
 mod self_contact_stage;
+mod skin_laws;
 mod stribeck_laws;
 mod wall_geometry;
 

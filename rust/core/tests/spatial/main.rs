@@ -17,6 +17,7 @@ mod peg_geometry;
 mod penetration_laws;
 mod self_contact_laws;
 mod self_contact_stage;
+mod skin_laws;
 mod solid_geometry;
 mod stage;
 mod top_face_laws;

@@ -29,7 +29,7 @@ pub fn chain(random: &mut Random, links: usize, bend: f64, tilt: f64) -> Stage {
     configuration.place_links(&ChainShape::new(&robot), &mut frames);
     let mut stage = Stage::with_capacity(links);
     stage.coefficient = C;
-    stage.friction = StageFriction { sliding: Vector2::new(0.2, 0.3), rolling: 0.02 };
+    stage.friction = StageFriction { sliding: Vector2::new(0.2, 0.3), rolling: 0.02, skin: None };
     stage.links.extend(robot.links.iter().zip(&frames).map(|(link, frame)| {
         let shadow = frame.axes[2].xy().normalize();
         StageLink {

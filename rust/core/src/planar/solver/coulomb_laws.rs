@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
-use crate::laws::{ConvexSet, Disc, Interval};
+use crate::laws::{ConvexSet, Disc, Interval, Skin};
 use crate::planar::{StageContact, StageLink, StageObstacleFriction, StagePair};
 use crate::solver::{CoulombForm, DiscTangent, UnilateralLaw};
 
@@ -17,6 +17,9 @@ pub(super) struct GroundLaw {
     rows: Matrix2x3<f64>,
     shape: Vector2<f64>,
     radius: f64,
+    skin: Option<Skin>,
+    /// Share of the side of z.
+    side: f64,
     pub impulse: Vector2<f64>,
     pub centre: Vector2<f64>,
     start: Vector2<f64>,
@@ -78,7 +81,7 @@ pub(super) struct PairLaw {
 }
 
 impl GroundLaw {
-    pub fn new(link: &StageLink, impulse: &Vector2<f64>) -> Self {
+    pub fn new(link: &StageLink, skin: Option<Skin>, impulse: &Vector2<f64>) -> Self {
         let radius = link.friction.max();
         let shape = if radius > 0.0 { link.friction / radius } else { Vector2::zeros() };
         let (c, s) = (link.heading.cos, link.heading.sin);
@@ -86,19 +89,32 @@ impl GroundLaw {
         let stretched = impulse.zip_map(&shape, |p, shape| if shape > 0.0 { p / shape } else { 0.0 });
         let none = Vector2::zeros();
         let rows = Matrix2::from_diagonal(&shape) * rows;
-        Self { rows, shape, radius, impulse: stretched, centre: none, start: none, step: none, z: none, defect: none }
+        Self {
+            rows,
+            shape,
+            radius,
+            skin,
+            side: 1.0,
+            impulse: stretched,
+            centre: none,
+            start: none,
+            step: none,
+            z: none,
+            defect: none,
+        }
     }
 
     /// Evaluates the law at the link's twist; returns the defect \[N s\].
     pub fn measure(&mut self, twist: &Vector3<f64>, form: &CoulombForm) -> f64 {
         let slip = self.rows * twist;
-        self.z = self.impulse - (slip + (self.impulse - self.centre) * form.compliance) * form.weight;
-        self.defect = self.impulse - Disc { radius: self.radius }.project(self.z);
+        (self.z, self.side) = form.argument(self.skin, &self.impulse, &self.centre, &slip);
+        let nearest = Disc { radius: self.radius }.project(self.z);
+        self.defect = self.impulse - Vector2::new(self.side * nearest.x, nearest.y);
         self.defect.norm()
     }
 
     fn tangent(&self, form: &CoulombForm) -> DiscTangent {
-        DiscTangent::new(&self.z, &self.defect, self.radius, form)
+        DiscTangent::on_side(self.side, &self.z, &self.defect, self.radius, form)
     }
 
     /// Adds the linearised law to the balance of its link.

@@ -158,7 +158,7 @@ impl CoulombNewton {
         let inertia = mass_matrix(link);
         self.links.push(Link {
             chain,
-            ground: GroundLaw::new(link, &solution.friction[i]),
+            ground: GroundLaw::new(link, stage.skin, &solution.friction[i]),
             actuator,
             motor,
             stiffness: 0.0,

@@ -2,6 +2,8 @@
 //! contradict each other, a relaxed stage. With friction at obstacles the other methods are those of
 //! [`coulomb_fallback`](super::coulomb_fallback).
 
+use nalgebra::Vector2;
+
 use crate::planar::{Stage, StageSolution, certify};
 use crate::solver::{SolveStatus, residual_limit};
 
@@ -23,6 +25,8 @@ pub struct Fallback {
 struct Solvers {
     interior_point: InteriorPoint,
     newton: Newton,
+    /// The stage with the ellipses of the sides on which its forces lie.
+    on_sides: Stage,
     polished: StageSolution,
     /// Energies of the original stage \[J\].
     energy: f64,
@@ -33,6 +37,7 @@ impl Fallback {
         let solvers = Solvers {
             interior_point: InteriorPoint::new(links),
             newton: Newton::new(links),
+            on_sides: Stage::with_capacity(links),
             polished: StageSolution::new(links),
             energy: 0.0,
         };
@@ -111,9 +116,24 @@ impl Solvers {
         for (twist, link) in solution.twist.iter_mut().zip(&stage.links) {
             *twist = link.reference;
         }
-        let descent = self.interior_point.solve(stage, solution, tolerance);
-        let (solves, closed) = self.polish(stage, solution, tolerance);
-        (descent.solves + solves, closed)
+        if stage.skin.is_none() {
+            let descent = self.interior_point.solve(stage, solution, tolerance);
+            let (solves, closed) = self.polish(stage, solution, tolerance);
+            return (descent.solves + solves, closed);
+        }
+        solution.friction.fill(Vector2::zeros());
+        let mut solves = 0;
+        for _ in 0..MAX_SIDES {
+            stage.copy_lane(0, &mut self.on_sides);
+            self.on_sides.take_sides(solution);
+            solves += self.interior_point.solve(&self.on_sides, solution, tolerance).solves;
+            let (more, closed) = self.polish(stage, solution, tolerance);
+            solves += more;
+            if closed {
+                return (solves, true);
+            }
+        }
+        (solves, false)
     }
 
     /// Newton's method from near a solution that is not good enough, to a stricter tolerance; keeps the better of both.
@@ -148,6 +168,9 @@ impl Solvers {
 /// Tolerance of a polish, in tolerances, and its Newton steps.
 const POLISH: f64 = 0.01;
 const MAX_POLISH: u32 = 50;
+
+/// Times the ellipses of a skin follow the sides of the forces in the interior point method.
+const MAX_SIDES: u32 = 8;
 
 /// Duality gap of a solved stage, relative to the stage's energies.
 const ACCEPTED_GAP: f64 = 1e-10;

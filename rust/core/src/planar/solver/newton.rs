@@ -11,6 +11,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PAIRS_PER_LINK;
+use crate::laws::{Halves, Skin, Whole};
 use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageLink, StageSolution};
 use crate::solver::{self, FrictionTerm, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, Tuning};
@@ -25,6 +26,7 @@ use super::terms::{ActuatorTerm, ContactTerm, StopTerm};
 #[derive(Debug, Clone)]
 pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
+    pub(super) skin: Option<Skin>,
     /// Of the joint before each link but the first; empty where no joint is near a stop.
     pub(super) stops: Vec<StopTerm<T>>,
     /// Of the same; empty where robots have none.
@@ -53,6 +55,7 @@ impl<T: Real> Newton<T> {
     pub fn new(links: usize) -> Self {
         Self {
             links: vec![LinkTerm::vacant(); links],
+            skin: None,
             stops: Vec::with_capacity(links - 1),
             motors: Vec::new(),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
@@ -126,6 +129,8 @@ impl<T: Real> Newton<T> {
             term.twist = term.segment.follow(solution.twist[i].z, &mut end);
             before = link.heading;
         }
+        self.skin = stage.skin;
+        self.raise(T::Mask::of(|_| true));
         self.mobility = [mass, inertia].map(|least| T::splat(1.0) / least);
         self.stops.clear();
         for ((stop, link), impulse) in stage.stops.iter().zip(&stage.links).zip(&solution.stop) {
@@ -147,13 +152,13 @@ impl<T: Real> Newton<T> {
 
     /// Takes one Newton step; `COUPLED` tells whether there are contacts between links.
     #[inline(always)]
-    fn step<const COUPLED: bool>(&mut self, active: T::Mask, damped: bool) -> NewtonStep<T> {
+    fn step<const COUPLED: bool>(&mut self, halves: impl Halves, active: T::Mask, damped: bool) -> NewtonStep<T> {
         let mut descent = self.eliminate::<COUPLED>();
         if COUPLED {
             self.links.iter_mut().for_each(back_substitution(self.head));
             descent -= self.self_contacts.correct(&mut self.links, &self.chain);
         }
-        let end = self.descend::<COUPLED>(descent, active, damped);
+        let end = self.descend::<COUPLED>(halves, descent, active, damped);
         NewtonStep {
             // The length of the step as a velocity; `max` would swallow NaN.
             length: (descent.abs() * self.mobility[0]).sqrt(),
@@ -186,8 +191,14 @@ impl<T: Real> Newton<T> {
     /// Takes the step that [`Self::eliminate`] prepared, in the given lanes, and shortens it where it overshoots and
     /// `damped` is true; the slope falls by `descent` at its start.
     #[inline(always)]
-    fn descend<const COUPLED: bool>(&mut self, descent: T, active: T::Mask, damped: bool) -> StepEnd<T> {
-        let full = self.take_step::<COUPLED>(active);
+    fn descend<const COUPLED: bool>(
+        &mut self,
+        halves: impl Halves,
+        descent: T,
+        active: T::Mask,
+        damped: bool,
+    ) -> StepEnd<T> {
+        let full = self.take_step::<COUPLED>(halves, active);
         let accuracy = T::splat(TUNING.overshoot) * descent;
         let overshoots = active & accuracy.lt(full.slope);
         if !damped || !overshoots.any() {
@@ -205,12 +216,12 @@ impl<T: Real> Newton<T> {
 
     /// From head to tail: takes the Newton step in full in the given lanes and evaluates all laws at its end.
     #[inline(always)]
-    fn take_step<const COUPLED: bool>(&mut self, lanes: T::Mask) -> StepEnd<T> {
+    fn take_step<const COUPLED: bool>(&mut self, halves: impl Halves, lanes: T::Mask) -> StepEnd<T> {
         if COUPLED {
             self.links.iter_mut().for_each(|link| link.advance(lanes));
-            return self.evaluate_laws::<true>(LawForm::Present, |_| ());
+            return self.evaluate_laws::<true>(halves, LawForm::Present, |_| ());
         }
-        self.evaluate_laws::<false>(LawForm::Present, full_step(self.head, lanes))
+        self.evaluate_laws::<false>(halves, LawForm::Present, full_step(self.head, lanes))
     }
 
     /// Forces and stiffnesses of all laws at the present twists, to which `advance` brings each link first; contacts
@@ -218,6 +229,7 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn evaluate_laws<const COUPLED: bool>(
         &mut self,
+        halves: impl Halves,
         form: LawForm,
         mut advance: impl FnMut(&mut LinkTerm<T>),
     ) -> StepEnd<T> {
@@ -232,7 +244,7 @@ impl<T: Real> Newton<T> {
         for (i, link) in self.links.iter_mut().enumerate() {
             advance(link);
             let mut model = link.inertia_model();
-            let stiffness = link.friction.evaluate(&linear(&link.twist));
+            let stiffness = link.friction.evaluate(halves, &linear(&link.twist));
             model.add_friction(&stiffness, &link.friction.impulse());
             while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
                 let stiffness = contact.evaluate(form, &link.twist);
@@ -275,6 +287,24 @@ impl<T: Real> Newton<T> {
         StepEnd { slope, remainder: forces * self.mobility[0] + moments * self.mobility[1] }
     }
 
+    /// Makes multipliers of the ground's friction, which are impulses, what belongs to these with a skin.
+    #[inline(always)]
+    fn raise(&mut self, lanes: T::Mask) {
+        if let Some(skin) = self.skin {
+            self.links.iter_mut().for_each(|link| link.friction.raise(skin, lanes));
+        }
+    }
+
+    /// Worst error of the multipliers of the ground's friction.
+    #[inline(always)]
+    fn squared_friction_error(&self, halves: impl Halves) -> T {
+        let mut squared = T::zero();
+        for link in &self.links {
+            squared = squared.max(link.friction.squared_error(halves, &linear(&link.twist), link.mass));
+        }
+        squared
+    }
+
     /// Velocities in the world frame, and impulses.
     #[inline(always)]
     fn write(&self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
@@ -310,8 +340,8 @@ impl<T: Real> StageProblem<T> for Newton<T> {
 
     #[inline(always)]
     fn newton_step(&mut self, active: T::Mask, damped: bool) -> NewtonStep<T> {
-        if self.self_contacts.is_empty() {
-            self.step::<false>(active, damped)
+        if self.self_contacts.is_empty() && self.skin.is_none() {
+            self.step::<false>(Whole, active, damped)
         } else {
             T::run(CoupledStep { newton: self, active, damped })
         }
@@ -319,10 +349,10 @@ impl<T: Real> StageProblem<T> for Newton<T> {
 
     #[inline(always)]
     fn multiplier_error(&self) -> T {
-        let mut squared = T::zero();
-        for link in &self.links {
-            squared = squared.max(link.friction.squared_error(&linear(&link.twist), link.mass));
-        }
+        let mut squared = match self.skin {
+            None => self.squared_friction_error(Whole),
+            Some(skin) => T::run(FrictionError { newton: self, skin }),
+        };
         for stop in &self.stops {
             squared = squared.max(stop.squared_error());
         }
@@ -349,6 +379,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     #[inline(always)]
     fn recentre(&mut self, lanes: T::Mask) {
         self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
+        self.raise(lanes);
         self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
         self.motors.iter_mut().for_each(|motor| motor.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
@@ -370,15 +401,48 @@ impl<T: Real> Kernel for EvaluateLaws<'_, T> {
     #[inline(always)]
     fn run(self) -> StepEnd<T> {
         let Self { newton, form } = self;
-        if newton.self_contacts.is_empty() {
-            newton.evaluate_laws::<false>(form, |_| ())
+        if let Some(skin) = newton.skin {
+            T::run(EvaluateSkin { newton, form, skin })
+        } else if newton.self_contacts.is_empty() {
+            newton.evaluate_laws::<false>(Whole, form, |_| ())
         } else {
-            newton.evaluate_laws::<true>(form, |_| ())
+            newton.evaluate_laws::<true>(Whole, form, |_| ())
         }
     }
 }
 
-/// [`Newton::step`] with contacts between links, apart from the code of all other stages.
+/// The same with a skin.
+struct EvaluateSkin<'a, T: Real> {
+    newton: &'a mut Newton<T>,
+    form: LawForm,
+    skin: Skin,
+}
+
+impl<T: Real> Kernel for EvaluateSkin<'_, T> {
+    type Output = StepEnd<T>;
+
+    #[inline(always)]
+    fn run(self) -> StepEnd<T> {
+        self.newton.evaluate_laws::<true>(self.skin, self.form, |_| ())
+    }
+}
+
+/// [`Newton::squared_friction_error`] with a skin.
+struct FrictionError<'a, T: Real> {
+    newton: &'a Newton<T>,
+    skin: Skin,
+}
+
+impl<T: Real> Kernel for FrictionError<'_, T> {
+    type Output = T;
+
+    #[inline(always)]
+    fn run(self) -> T {
+        self.newton.squared_friction_error(self.skin)
+    }
+}
+
+/// [`Newton::step`] with contacts between links or a skin, apart from the code of all other stages.
 struct CoupledStep<'a, T: Real> {
     newton: &'a mut Newton<T>,
     active: T::Mask,
@@ -390,7 +454,27 @@ impl<T: Real> Kernel for CoupledStep<'_, T> {
 
     #[inline(always)]
     fn run(self) -> NewtonStep<T> {
-        self.newton.step::<true>(self.active, self.damped)
+        match self.newton.skin {
+            None => self.newton.step::<true>(Whole, self.active, self.damped),
+            Some(skin) => T::run(SkinStep { newton: self.newton, active: self.active, damped: self.damped, skin }),
+        }
+    }
+}
+
+/// The same with a skin.
+struct SkinStep<'a, T: Real> {
+    newton: &'a mut Newton<T>,
+    active: T::Mask,
+    damped: bool,
+    skin: Skin,
+}
+
+impl<T: Real> Kernel for SkinStep<'_, T> {
+    type Output = NewtonStep<T>;
+
+    #[inline(always)]
+    fn run(self) -> NewtonStep<T> {
+        self.newton.step::<true>(self.skin, self.active, self.damped)
     }
 }
 

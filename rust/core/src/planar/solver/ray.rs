@@ -1,5 +1,6 @@
 //! The inner function along start + alpha step, for the line search.
 
+use crate::laws::{Halves, Whole};
 use crate::math::{Kernel, Real};
 use crate::solver::{NearestKink, Ray, step_length};
 
@@ -7,8 +8,9 @@ use super::link_term::linear;
 use super::newton::Newton;
 
 /// The inner function along the present step.
-struct Step<'a, T: Real> {
+struct Step<'a, T: Real, H> {
     newton: &'a Newton<T>,
+    halves: H,
     /// The quadratic part: [`Newton::inertia_along`].
     inertia: [T; 2],
 }
@@ -17,7 +19,10 @@ impl<T: Real> Newton<T> {
     /// How much of the step to take in the given lanes, as [`step_length`].
     #[inline(always)]
     pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
-        T::run(Search { newton: self, accuracy, lanes })
+        match self.skin {
+            None => T::run(Search { newton: self, accuracy, lanes, halves: Whole }),
+            Some(halves) => T::run(Search { newton: self, accuracy, lanes, halves }),
+        }
     }
 
     /// Slope of |u - u_ref|_M^2 / 2 at alpha = 0, and its constant rise.
@@ -35,26 +40,27 @@ impl<T: Real> Newton<T> {
 }
 
 /// The search, apart from the code of steps that do not overshoot.
-struct Search<'a, T: Real> {
+struct Search<'a, T: Real, H> {
     newton: &'a Newton<T>,
+    halves: H,
     accuracy: T,
     lanes: T::Mask,
 }
 
-impl<T: Real> Kernel for Search<'_, T> {
+impl<T: Real, H: Halves> Kernel for Search<'_, T, H> {
     type Output = (T, T::Mask);
 
     #[inline(always)]
     fn run(self) -> (T, T::Mask) {
-        let Self { newton, accuracy, lanes } = self;
-        step_length(&Step { newton, inertia: newton.inertia_along() }, accuracy, lanes)
+        let Self { newton, halves, accuracy, lanes } = self;
+        step_length(&Step { newton, halves, inertia: newton.inertia_along() }, accuracy, lanes)
     }
 }
 
-impl<T: Real> Ray<T> for Step<'_, T> {
+impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
     #[inline(always)]
     fn derivatives(&self, alpha: T) -> (T, T) {
-        let Self { newton, inertia } = self;
+        let Self { newton, halves, inertia } = self;
         let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
         let mut add = |(first, second): (T, T)| {
             slope += first;
@@ -62,7 +68,7 @@ impl<T: Real> Ray<T> for Step<'_, T> {
         };
         let (mut omega, mut change) = (T::zero(), T::zero());
         for (i, link) in newton.links.iter().enumerate() {
-            add(link.friction.along(&linear(&link.start), &linear(&link.step), alpha));
+            add(link.friction.along(*halves, &linear(&link.start), &linear(&link.step), alpha));
             let (rate, turn) = (link.start.z - omega, link.step.z - change);
             match i.checked_sub(1).and_then(|joint| newton.motors.get(joint)) {
                 Some(motor) => add(motor.along(|rate| link.actuator.at(rate), rate, turn, alpha)),
@@ -90,7 +96,7 @@ impl<T: Real> Ray<T> for Step<'_, T> {
     #[inline(always)]
     fn visit_kinks(&self, nearest: &mut NearestKink<T>) {
         for link in &self.newton.links {
-            nearest.consider(link.friction.kink(&linear(&link.start), &linear(&link.step)));
+            nearest.consider(link.friction.kink(self.halves, &linear(&link.start), &linear(&link.step)));
         }
         for (motor, links) in self.newton.motors.iter().zip(self.newton.links.windows(2)) {
             let [start, step] = [links[1].start.z - links[0].start.z, links[1].step.z - links[0].step.z];

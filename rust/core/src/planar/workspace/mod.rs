@@ -120,7 +120,7 @@ impl<T: Real> Workspace<T> {
             closings: Closings::none(),
             friction_force: vec![Vector2::new(zero, zero); links],
             actuator_torque: vec![zero; links - 1],
-            stage: Stage::with_capacity(links),
+            stage: Stage { skin: system.skin(), ..Stage::with_capacity(links) },
             solution: StageSolution::new(links),
             newton: Newton::new(links),
             fallback: LaneFallback::new(links),

@@ -4,9 +4,9 @@
 //! In coordinates in which the longer semi-axis of an ellipse stays and the shorter one is stretched to it, every set
 //! of friction is a disc.
 
-use nalgebra::{SMatrix, SVector, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3, Vector6};
 
-use crate::laws::{Cone, ConvexSet, Disc, HalfLine};
+use crate::laws::{Cone, ConvexSet, Disc, HalfLine, Halves, Skin};
 use crate::solver::{CoulombForm, DiscTangent, UnilateralLaw};
 use crate::spatial::{Stage, StageFriction, StageLink, StageSolution, Wrench};
 
@@ -30,6 +30,9 @@ pub(super) struct GroundLaws {
     coefficient: [f64; 3],
     /// Stretched coordinates: semi-axes over the longer one.
     shape: Vector2<f64>,
+    skin: Option<Skin>,
+    /// Shares of the sides of z.
+    side: [f64; 3],
     pub impulse: Impulses,
     pub centre: Impulses,
     start: Impulses,
@@ -48,7 +51,7 @@ impl GroundLaws {
     /// Link `i` with the impulses of `solution`.
     pub fn new(stage: &Stage, solution: &StageSolution, i: usize) -> Self {
         let link = &stage.links[i];
-        let StageFriction { sliding, rolling } = stage.friction;
+        let StageFriction { sliding, rolling, skin } = stage.friction;
         let longer = sliding.max();
         let shape = if longer > 0.0 { sliding / longer } else { Vector2::zeros() };
         let [front, rear] = solution.friction[i].map(|p| stretched(&p, &shape));
@@ -59,6 +62,8 @@ impl GroundLaws {
             offset: link.ground,
             coefficient: [link.share[0] * longer, link.share[1] * longer, rolling],
             shape,
+            skin,
+            side: [1.0; 3],
             impulse: Impulses::from([n, m, front.x, front.y, rear.x, rear.y, r.x, r.y]),
             centre: Impulses::zeros(),
             start: Impulses::zeros(),
@@ -91,8 +96,12 @@ impl GroundLaws {
         inside[0] = HalfLine.project(inside[0]);
         inside[1] = HalfLine.project(inside[1]);
         for (disc, first) in DISCS.into_iter().enumerate() {
-            let nearest = Disc { radius: self.radius(disc) }.project(pair(&self.z, first));
-            inside.fixed_rows_mut::<2>(first).copy_from(&nearest);
+            let [p, centre, slip] = [&self.impulse, &self.centre, &velocity].map(|of| pair(of, first));
+            let (z, side) = form.argument(self.skin_of(disc), &p, &centre, &slip);
+            self.z.fixed_rows_mut::<2>(first).copy_from(&z);
+            self.side[disc] = side;
+            let nearest = Disc { radius: self.radius(disc) }.project(z);
+            inside.fixed_rows_mut::<2>(first).copy_from(&Vector2::new(side * nearest.x, nearest.y));
         }
         self.defect = self.impulse - inside;
         (self.defect.norm_squared(), self.defect.amax())
@@ -102,10 +111,15 @@ impl GroundLaws {
     fn project(&mut self, velocity: &Impulses, form: &CoulombForm) {
         let stiffness = 1.0 / form.compliance;
         let z = self.centre - velocity * stiffness;
+        let lagged = CoulombForm { weight: stiffness, ..*form };
         for end in 0..2 {
             let of_end = [end, DISCS[end], DISCS[end] + 1];
-            let at = Vector3::new(z[end] - self.lag[end] * stiffness, z[of_end[1]], z[of_end[2]]);
+            let [centre, slip] = [&self.centre, velocity].map(|of| pair(of, DISCS[end]));
+            let (along, side) = lagged.argument(self.skin_of(end), &centre, &centre, &slip);
+            let at = Vector3::new(z[end] - self.lag[end] * stiffness, along.x, along.y);
             let (inside, derivative) = Cone { coefficient: self.coefficient[end] }.evaluate(&at);
+            let scale = Matrix3::from_diagonal(&Vector3::new(1.0, side, 1.0));
+            let (inside, derivative) = (scale * inside, scale * derivative * scale);
             let rows = SMatrix::<f64, 3, 6>::from_rows(&of_end.map(|row| self.rows.row(row).into_owned()));
             let slope = derivative * rows * -stiffness;
             for (part, row) in of_end.into_iter().enumerate() {
@@ -114,8 +128,7 @@ impl GroundLaws {
             }
         }
         let (at, first) = (pair(&z, DISCS[2]), DISCS[2]);
-        let form = CoulombForm { weight: stiffness, ..*form };
-        let tangent = DiscTangent::new(&at, &Vector2::zeros(), self.rolling, &form);
+        let tangent = DiscTangent::new(&at, &Vector2::zeros(), self.rolling, &lagged);
         let slope = tangent.from_slip * self.rows.fixed_rows::<2>(first);
         self.impulse.fixed_rows_mut::<2>(first).copy_from(&Disc { radius: self.rolling }.project(at));
         self.slope.fixed_rows_mut::<2>(first).copy_from(&slope);
@@ -125,8 +138,17 @@ impl GroundLaws {
     /// Lags and radii of the next convex problem: those of the present velocities and normal impulses.
     pub fn lag(&mut self, twist: &Vector6<f64>) {
         let velocity = self.velocity(twist);
-        self.lag = [0, 1].map(|end| self.coefficient[end] * pair(&velocity, DISCS[end]).norm());
+        self.lag = [0, 1].map(|end| {
+            let slip = pair(&velocity, DISCS[end]);
+            let side = self.skin.map_or(1.0, |skin| skin.side(-slip.x));
+            self.coefficient[end] * Vector2::new(side * slip.x, slip.y).norm()
+        });
         self.rolling = self.radius(2);
+    }
+
+    /// Rolling has none.
+    fn skin_of(&self, disc: usize) -> Option<Skin> {
+        self.skin.filter(|_| disc < 2)
     }
 
     fn radius(&self, disc: usize) -> f64 {
@@ -149,7 +171,7 @@ impl GroundLaws {
         }
         for (disc, first) in DISCS.into_iter().enumerate() {
             let (z, defect) = (pair(&self.z, first), pair(&self.defect, first));
-            let tangent = DiscTangent::new(&z, &defect, self.radius(disc), form);
+            let tangent = DiscTangent::on_side(self.side[disc], &z, &defect, self.radius(disc), form);
             let (load, load_slope) = match disc {
                 2 => {
                     let [a, b] = grows.map(|grows| grows * self.coefficient[2]);

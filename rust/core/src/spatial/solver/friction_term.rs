@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::laws::{Disc, DiscEvaluation, Symmetric2};
+use crate::laws::{Disc, DiscEvaluation, Halves, Symmetric2};
 use crate::math::{Mask, Real};
 
 use super::terms::select;
@@ -28,7 +28,7 @@ pub(super) struct FrictionTerm<T: Real> {
     pub radius: T,
     /// The multiplier.
     centre: Vector2<T>,
-    /// p \[N s\].
+    /// p, or S p with a skin \[N s\].
     pub value: Vector2<T>,
     /// Radius to return to.
     remembered: T,
@@ -113,31 +113,56 @@ impl<T: Real> FrictionTerm<T> {
         self.radius = T::select(lanes, there, self.remembered);
     }
 
+    /// Decides anew, in these halves, whether a contact whose friction was `impulse` sticks until it is released.
+    #[inline(always)]
+    pub fn hold(&mut self, halves: impl Halves, law: &FrictionLaw<T>, impulse: &Vector2<T>) {
+        let p = Vector2::new(law.inverse_shape.x * impulse.x, law.inverse_shape.y * impulse.y);
+        self.held = sticks(&halves.in_disc(&p), self.radius);
+    }
+
     /// Moves to the slip gamma^; returns the stiffness -dp/dgamma^ there.
     #[inline(always)]
-    pub fn evaluate(&mut self, law: &FrictionLaw<T>, gamma: &Vector2<T>) -> Symmetric2<T> {
+    pub fn evaluate(&mut self, halves: impl Halves, law: &FrictionLaw<T>, gamma: &Vector2<T>) -> Symmetric2<T> {
         let r = law.penalty;
         let x = Vector2::new(r.subtract_from(gamma.x, self.centre.x), r.subtract_from(gamma.y, self.centre.y));
-        let DiscEvaluation { value, jacobian } = self.disc().evaluate_held(&x, self.held);
+        let side = halves.side(x.x);
+        let evaluation = self.disc().evaluate_held(&halves.scaled(&x, side), self.held);
+        let DiscEvaluation { value, jacobian } = halves.out_of_disc(evaluation, side);
         self.value = value;
         Symmetric2 { xx: r * jacobian.xx, xy: r * jacobian.xy, yy: r * jacobian.yy }
     }
 
     /// First and second derivative of the law's function at gamma^ + alpha rate by alpha.
     #[inline(always)]
-    pub fn along(&self, law: &FrictionLaw<T>, gamma: &Vector2<T>, rate: &Vector2<T>, alpha: T) -> (T, T) {
+    pub fn along(
+        &self,
+        halves: impl Halves,
+        law: &FrictionLaw<T>,
+        gamma: &Vector2<T>,
+        rate: &Vector2<T>,
+        alpha: T,
+    ) -> (T, T) {
         let (r, x) = (law.penalty, Vector2::new(alpha.mul_add(rate.x, gamma.x), alpha.mul_add(rate.y, gamma.y)));
         let x = Vector2::new(r.subtract_from(x.x, self.centre.x), r.subtract_from(x.y, self.centre.y));
-        let (first, second) = self.disc().along(&x, rate, r);
+        let side = halves.side(x.x);
+        let (first, second) = self.disc().along(&halves.scaled(&x, side), &halves.scaled(rate, side), r);
         (-first, second)
     }
 
     /// How far the centre is from the impulse, squared: over the squared penalty it is the velocity by which the law is
     /// violated, when sliding the slip times the angle by which friction is misdirected.
     #[inline(always)]
-    pub fn squared_error(&self, law: &FrictionLaw<T>) -> T {
-        let error = law.scaled(&Vector2::new(self.value.x - self.centre.x, self.value.y - self.centre.y));
+    pub fn squared_error(&self, halves: impl Halves, law: &FrictionLaw<T>) -> T {
+        let multiplier = halves.gradient(&self.value);
+        let error = law.scaled(&Vector2::new(multiplier.x - self.centre.x, multiplier.y - self.centre.y));
         error.x.mul_add(error.x, error.y * error.y)
+    }
+
+    /// After [`Self::recentre`] in the given lanes, what belongs to multiplier and branch in these halves.
+    #[inline(always)]
+    pub fn raise(&mut self, halves: impl Halves, lanes: T::Mask) {
+        self.held = lanes & sticks(&halves.in_disc(&self.value), self.radius);
+        self.centre = select(lanes, &halves.gradient(&self.value), &self.centre);
     }
 
     #[inline(always)]
@@ -150,8 +175,14 @@ impl<T: Real> FrictionTerm<T> {
     /// The impulse becomes the multiplier in the given lanes, and the impulse what it will then be at the slip gamma^ of
     /// the last evaluation, on the branch of `stiffness`.
     #[inline(always)]
-    pub fn recentre_here(&mut self, gamma: &Vector2<T>, stiffness: &Symmetric2<T>, lanes: T::Mask) {
-        self.centre = select(lanes, &self.value, &self.centre);
+    pub fn recentre_here(
+        &mut self,
+        halves: impl Halves,
+        gamma: &Vector2<T>,
+        stiffness: &Symmetric2<T>,
+        lanes: T::Mask,
+    ) {
+        self.centre = select(lanes, &halves.gradient(&self.value), &self.centre);
         let Symmetric2 { xx, xy, yy } = *stiffness;
         let value = Vector2::new(
             xy.subtract_from(gamma.y, xx.subtract_from(gamma.x, self.value.x)),
@@ -162,8 +193,9 @@ impl<T: Real> FrictionTerm<T> {
 
     /// The alpha at which the slip gamma^ + alpha rate is least; not a number if it does not change, or has no friction.
     #[inline(always)]
-    pub fn kink(&self, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
-        let kink = -(gamma.x * rate.x + gamma.y * rate.y) / (rate.x * rate.x + rate.y * rate.y);
+    pub fn kink(&self, halves: impl Halves, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
+        // Friction lies on the other side of the slip.
+        let kink = halves.least(&Vector2::new(-gamma.x, -gamma.y), rate, T::splat(1.0));
         T::select(T::zero().lt(self.radius), kink, T::splat(f64::NAN))
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::laws::Symmetric2;
+use crate::laws::{Halves, Skin, Symmetric2, Whole};
 use crate::math::{Mask, Real};
 
 use super::friction_term::{FrictionLaw, FrictionTerm};
@@ -18,6 +18,8 @@ pub(super) struct GroundLaws<T> {
     pub penalty: T,
     pub sliding: FrictionLaw<T>,
     pub rolling: FrictionLaw<T>,
+    /// Of links that slide otherwise forward than backward.
+    pub skin: Option<Skin>,
 }
 
 /// Contact of one end sphere with the ground.
@@ -69,7 +71,8 @@ impl<T: Real> GroundLaws<T> {
     #[inline(always)]
     pub fn new(mu: &StageFriction<T>, penalty: T) -> Self {
         let rolling = Vector2::new(mu.rolling, mu.rolling);
-        Self { penalty, sliding: FrictionLaw::new(mu.sliding, penalty), rolling: FrictionLaw::new(rolling, penalty) }
+        let (sliding, rolling) = (FrictionLaw::new(mu.sliding, penalty), FrictionLaw::new(rolling, penalty));
+        Self { penalty, sliding, rolling, skin: mu.skin }
     }
 }
 
@@ -171,6 +174,7 @@ impl<T: Real> LinkTerm<T> {
     #[inline(always)]
     pub fn evaluate<const RECENTRING: bool>(
         &mut self,
+        halves: impl Halves,
         model: &mut Quadratic<T>,
         laws: &GroundLaws<T>,
         coupled: T::Mask,
@@ -196,10 +200,10 @@ impl<T: Real> LinkTerm<T> {
             error = error.max((wanted - held).abs());
             end.friction.radius = T::select(coupled, wanted, held);
             load += end.normal.value;
-            let stick = end.friction.evaluate(&laws.sliding, &slip);
+            let stick = end.friction.evaluate(halves, &laws.sliding, &slip);
             if RECENTRING {
                 end.normal.recentre_here(closing, normal, recentred);
-                end.friction.recentre_here(&slip, &stick, recentred);
+                end.friction.recentre_here(halves, &slip, &stick, recentred);
             }
             let (load, value) = (end.normal.value, end.friction.value);
             let (friction, sliding) = self.out_of_disc(&value, &stick);
@@ -210,9 +214,9 @@ impl<T: Real> LinkTerm<T> {
         self.rolling.remember();
         self.rolling.radius = T::select(coupled, wanted, held);
         let velocity = self.rolling_velocity(&twist);
-        let stiffness = self.rolling.evaluate(&laws.rolling, &velocity);
+        let stiffness = self.rolling.evaluate(Whole, &laws.rolling, &velocity);
         if RECENTRING {
-            self.rolling.recentre_here(&velocity, &stiffness, recentred);
+            self.rolling.recentre_here(Whole, &velocity, &stiffness, recentred);
         }
         self.add_to(model, [&forces[0], &forces[1]], [&arms[0], &arms[1]], (self.rolling.value, stiffness));
         error * self.inverse_mass
@@ -220,11 +224,12 @@ impl<T: Real> LinkTerm<T> {
 
     /// How far the laws' centres are from the impulses at most, squared \[N^2 s^2\].
     #[inline(always)]
-    pub fn squared_error(&self, laws: &GroundLaws<T>) -> T {
+    pub fn squared_error(&self, halves: impl Halves, laws: &GroundLaws<T>) -> T {
         let [front, rear] = &self.ends;
         let normal = front.normal.squared_error().max(rear.normal.squared_error());
-        let friction = front.friction.squared_error(&laws.sliding).max(rear.friction.squared_error(&laws.sliding));
-        normal.max(friction).max(self.rolling.squared_error(&laws.rolling))
+        let sliding = &laws.sliding;
+        let friction = front.friction.squared_error(halves, sliding).max(rear.friction.squared_error(halves, sliding));
+        normal.max(friction).max(self.rolling.squared_error(Whole, &laws.rolling))
     }
 
     /// Largest radius of the ends' friction, over the mass \[m/s\].
@@ -300,14 +305,14 @@ impl<T: Real> LinkTerm<T> {
 
     /// First and second derivative by alpha of the functions of all ground laws, alpha of the step on.
     #[inline(always)]
-    pub fn ground_along(&self, laws: &GroundLaws<T>, alpha: T) -> (T, T) {
+    pub fn ground_along(&self, halves: impl Halves, laws: &GroundLaws<T>, alpha: T) -> (T, T) {
         let (gamma, rate) = (self.rolling_velocity(&self.twist), self.rolling_velocity(&self.step));
-        let (mut slope, mut curvature) = self.rolling.along(&laws.rolling, &gamma, &rate, alpha);
+        let (mut slope, mut curvature) = self.rolling.along(Whole, &laws.rolling, &gamma, &rate, alpha);
         for (end, arm) in self.ends.iter().zip(&self.arms()) {
             let (slip, closing) = self.contact_velocity(arm, &self.twist);
             let (slip_change, closing_change) = self.contact_velocity(arm, &self.step);
             let normal = end.normal.along(closing, closing_change, alpha);
-            let friction = end.friction.along(&laws.sliding, &slip, &slip_change, alpha);
+            let friction = end.friction.along(halves, &laws.sliding, &slip, &slip_change, alpha);
             slope += normal.0 + friction.0;
             curvature += normal.1 + friction.1;
         }
@@ -316,15 +321,15 @@ impl<T: Real> LinkTerm<T> {
 
     /// The places along the step at which the slip of either sphere is least.
     #[inline(always)]
-    pub fn kinks(&self) -> [T; 2] {
+    pub fn kinks(&self, halves: impl Halves) -> [T; 2] {
         let [front, rear] = &self.arms();
-        [self.kink(0, front), self.kink(1, rear)]
+        [self.kink(halves, 0, front), self.kink(halves, 1, rear)]
     }
 
     #[inline(always)]
-    fn kink(&self, end: usize, arm: &Vector3<T>) -> T {
+    fn kink(&self, halves: impl Halves, end: usize, arm: &Vector3<T>) -> T {
         let (slip, change) = (self.contact_velocity(arm, &self.twist).0, self.contact_velocity(arm, &self.step).0);
-        self.ends[end].friction.kink(&slip, &change)
+        self.ends[end].friction.kink(halves, &slip, &change)
     }
 
     /// The Newton step of the link and of the joint before it, given the step of the link before; that of link 1, which

@@ -20,7 +20,8 @@
 
 use nalgebra::Vector2;
 
-use crate::math::{Mask, Real};
+use crate::laws::{Halves, Skin, Whole};
+use crate::math::{Kernel, Mask, Real};
 use crate::solver::{MotorTerm, Outcome};
 
 use super::friction_term::FrictionTerm;
@@ -76,7 +77,7 @@ impl<T: Real> Newton<T> {
             contacts: Vec::with_capacity(CONTACTS_PER_LINK * links),
             obstacle_friction: ObstacleFriction::new(links),
             self_contacts: SelfContacts::new(links),
-            laws: GroundLaws::new(&StageFriction { sliding: Vector2::new(zero, zero), rolling: zero }, zero),
+            laws: GroundLaws::new(&StageFriction::none(), zero),
             head: Twist::zero(),
             lightest: zero,
             is_holding: false,
@@ -152,6 +153,13 @@ impl<T: Real> Newton<T> {
             let term = self.link_term(stage, solution, i);
             self.links.push(term);
         }
+        if let Some(skin) = self.laws.skin {
+            for (link, impulses) in self.links.iter_mut().zip(&solution.friction) {
+                for (end, impulse) in link.ends.iter_mut().zip(impulses) {
+                    end.friction.hold(skin, &self.laws.sliding, impulse);
+                }
+            }
+        }
         self.stops.clear();
         for (stop, impulse) in stage.stops.iter().zip(&solution.stop) {
             self.stops.push(StopTerm::new(stop, penalty, impulse));
@@ -215,10 +223,12 @@ impl<T: Real> Newton<T> {
         let coupled = moving & progress.coupled & !overshoots;
         let recentred = progress.recentre_next & coupled;
         let following = coupled | progress.corrections.couple;
-        let there = if recentred.any() {
-            self.assemble::<true>(fraction, moving, following, recentred)
+        let there = if let Some(skin) = self.laws.skin {
+            T::run(AssembleSkin { newton: self, skin, fraction, moving, following, recentred })
+        } else if recentred.any() {
+            self.assemble::<true>(Whole, fraction, moving, following, recentred)
         } else {
-            self.assemble::<false>(fraction, moving, following, recentred)
+            self.assemble::<false>(Whole, fraction, moving, following, recentred)
         };
         let undone = coupled & !there.is_plausible(here.largest_radius);
         if undone.any() {
@@ -239,6 +249,7 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn assemble<const RECENTRING: bool>(
         &mut self,
+        halves: impl Halves,
         fraction: T,
         moving: T::Mask,
         coupled: T::Mask,
@@ -259,8 +270,9 @@ impl<T: Real> Newton<T> {
             if touches_itself {
                 self.self_contacts.add_gradient(i, &mut behind.gradient);
             }
-            radius_error = radius_error.max(link.evaluate::<RECENTRING>(&mut behind, &self.laws, coupled, recentred));
-            squared_error = squared_error.max(link.squared_error(&self.laws));
+            radius_error =
+                radius_error.max(link.evaluate::<RECENTRING>(halves, &mut behind, &self.laws, coupled, recentred));
+            squared_error = squared_error.max(link.squared_error(halves, &self.laws));
             largest_radius = largest_radius.max(link.largest_radius());
             squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
             while let Some((k, contact)) = contacts.next_if(|(_, contact)| contact.link == i) {
@@ -366,6 +378,9 @@ impl<T: Real> Newton<T> {
             for friction in link.frictions() {
                 friction.recentre(lanes);
             }
+            if let Some(skin) = self.laws.skin {
+                link.ends.iter_mut().for_each(|end| end.friction.raise(skin, lanes));
+            }
         }
         self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
         self.motors.iter_mut().for_each(|motor| motor.recentre(lanes));
@@ -403,6 +418,26 @@ impl<T: Real> Newton<T> {
         }
         self.obstacle_friction.write(&mut solution.obstacle_friction);
         self.self_contacts.write(&mut solution.pair);
+    }
+}
+
+/// [`Newton::assemble`] with a skin, apart from the code of other stages.
+struct AssembleSkin<'a, T: Real> {
+    newton: &'a mut Newton<T>,
+    skin: Skin,
+    fraction: T,
+    moving: T::Mask,
+    following: T::Mask,
+    recentred: T::Mask,
+}
+
+impl<T: Real> Kernel for AssembleSkin<'_, T> {
+    type Output = Assembly<T>;
+
+    #[inline(always)]
+    fn run(self) -> Assembly<T> {
+        let Self { newton, skin, fraction, moving, following, recentred } = self;
+        newton.assemble::<true>(skin, fraction, moving, following, recentred)
     }
 }
 

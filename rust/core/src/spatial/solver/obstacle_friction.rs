@@ -3,6 +3,7 @@
 
 use nalgebra::Vector2;
 
+use crate::laws::Whole;
 use crate::math::Real;
 use crate::spatial::spatial_vector::{Twist, Wrench};
 use crate::spatial::stage::CONTACTS_PER_LINK;
@@ -80,9 +81,9 @@ impl<T: Real> ObstacleFriction<T> {
         let (wanted, held) = (law.radius(load), friction.radius);
         friction.remember();
         friction.radius = T::select(coupled, wanted, held);
-        let stick = friction.evaluate(law, &slip);
+        let stick = friction.evaluate(Whole, law, &slip);
         if RECENTRING {
-            friction.recentre_here(&slip, &stick, recentred);
+            friction.recentre_here(Whole, &slip, &stick, recentred);
         }
         let impulse = friction.value;
         // K = kxx aa + kxy (ab + ba) + kyy bb, as three squares.
@@ -90,7 +91,7 @@ impl<T: Real> ObstacleFriction<T> {
         model.add_rank_one(along, stick.xx - stick.xy, -impulse.x);
         model.add_rank_one(across, stick.yy - stick.xy, -impulse.y);
         model.add_rank_one(&both, stick.xy, T::zero());
-        let squared = friction.squared_error(law);
+        let squared = friction.squared_error(Whole, law);
         Some(ObstacleFrictionError { radius: (wanted - held).abs(), largest: friction.radius, squared })
     }
 
@@ -101,7 +102,7 @@ impl<T: Real> ObstacleFriction<T> {
         for (term, contact) in self.terms.iter().zip(contacts) {
             let link = &links[contact.link];
             let (slip, change) = (term.slip(&link.twist), term.slip(&link.step));
-            let (first, second) = term.friction.along(&term.law, &slip, &change, alpha);
+            let (first, second) = term.friction.along(Whole, &term.law, &slip, &change, alpha);
             slope += first;
             curvature += second;
         }
@@ -113,7 +114,7 @@ impl<T: Real> ObstacleFriction<T> {
     pub fn visit_kinks(&self, contacts: &[ObstacleTerm<T>], links: &[LinkTerm<T>], mut see: impl FnMut(T)) {
         for (term, contact) in self.terms.iter().zip(contacts) {
             let link = &links[contact.link];
-            see(term.friction.kink(&term.slip(&link.twist), &term.slip(&link.step)));
+            see(term.friction.kink(Whole, &term.slip(&link.twist), &term.slip(&link.step)));
         }
     }
 

@@ -1,13 +1,15 @@
 //! Derivatives of the convex function along start + alpha step, for the line search.
 
-use crate::math::Real;
+use crate::laws::{Halves, Whole};
+use crate::math::{Kernel, Real};
 use crate::solver::{NearestKink, Ray, step_length};
 
 use super::newton::Newton;
 
 /// The convex function along the present step.
-struct Step<'a, T: Real> {
+struct Step<'a, T: Real, H> {
     newton: &'a Newton<T>,
+    halves: H,
     /// The quadratic part: [`Newton::inertia_along`].
     inertia: [T; 2],
 }
@@ -16,7 +18,10 @@ impl<T: Real> Newton<T> {
     /// How much of the step to take in the given lanes, and in which of them less than all of it, as [`step_length`].
     #[inline(always)]
     pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
-        step_length(&Step { newton: self, inertia: self.inertia_along() }, accuracy, lanes)
+        if let Some(halves) = self.laws.skin {
+            return T::run(Search { newton: self, halves, accuracy, lanes });
+        }
+        step_length(&Step { newton: self, halves: Whole, inertia: self.inertia_along() }, accuracy, lanes)
     }
 
     /// Slope of |x - M^-1 p|_M^2 / 2 at alpha = 0, and its constant rise.
@@ -32,14 +37,32 @@ impl<T: Real> Newton<T> {
     }
 }
 
-impl<T: Real> Ray<T> for Step<'_, T> {
+/// The search with a skin, apart from the code of others.
+struct Search<'a, T: Real, H> {
+    newton: &'a Newton<T>,
+    halves: H,
+    accuracy: T,
+    lanes: T::Mask,
+}
+
+impl<T: Real, H: Halves> Kernel for Search<'_, T, H> {
+    type Output = (T, T::Mask);
+
+    #[inline(always)]
+    fn run(self) -> (T, T::Mask) {
+        let Self { newton, halves, accuracy, lanes } = self;
+        step_length(&Step { newton, halves, inertia: newton.inertia_along() }, accuracy, lanes)
+    }
+}
+
+impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
     #[inline(always)]
     fn derivatives(&self, alpha: T) -> (T, T) {
-        let Self { newton, inertia } = self;
+        let Self { newton, halves, inertia } = self;
         let laws = &newton.laws;
         let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
         for (i, link) in newton.links.iter().enumerate() {
-            add(&mut slope, &mut curvature, link.ground_along(laws, alpha));
+            add(&mut slope, &mut curvature, link.ground_along(*halves, laws, alpha));
             for axis in 0..2 {
                 let (actuator, rate, change) = (&link.actuators[axis], link.rates[axis], link.step_rates[axis]);
                 let motor = (2 * i + axis).checked_sub(2).and_then(|axis| newton.motors.get(axis));
@@ -69,7 +92,7 @@ impl<T: Real> Ray<T> for Step<'_, T> {
     #[inline(always)]
     fn visit_kinks(&self, nearest: &mut NearestKink<T>) {
         for link in &self.newton.links {
-            for kink in link.kinks() {
+            for kink in link.kinks(self.halves) {
                 nearest.consider(kink);
             }
         }

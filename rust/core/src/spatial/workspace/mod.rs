@@ -147,7 +147,7 @@ fn empty_stage<T: Real>(system: &SpatialSystem) -> Stage<T> {
     stage.axes.clone_from(&system.robot.axes);
     let zero = T::zero();
     let sliding = system.friction.map(T::splat);
-    stage.friction = StageFriction { sliding, rolling: T::splat(system.rolling_friction) };
+    stage.friction = StageFriction { sliding, rolling: T::splat(system.rolling_friction), skin: system.skin };
     stage.links.extend(system.robot.links.iter().map(|link| StageLink {
         axes: Frame::origin().axes,
         momentum: Momentum::zero(),

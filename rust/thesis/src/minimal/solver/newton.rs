@@ -6,7 +6,7 @@
 //! rigid motions: a heavier chain less a matrix of rank three, so one factorisation and three more gradients.
 
 use nalgebra::{Matrix3, Vector2, Vector3};
-use snake_core::laws::LimitedActuator;
+use snake_core::laws::{LimitedActuator, Whole};
 use snake_core::solver::{self, FrictionTerm, LawForm, NewtonStep, Outcome, StageProblem, Tuning, step_length};
 
 use crate::minimal::motion::{Composite, Twist, quarter_turn};
@@ -202,7 +202,7 @@ impl StageProblem<f64> for InnerProblem<'_> {
         let mut squared: f64 = 0.0;
         for ((pair, link), u) in self.newton.friction.iter().zip(&self.stage.links).zip(self.twist.iter()) {
             for (term, slip) in pair.iter().zip(&link.slip(u)) {
-                squared = squared.max(term.squared_error(slip, link.mass));
+                squared = squared.max(term.squared_error(Whole, slip, link.mass));
             }
         }
         squared.sqrt()
@@ -230,7 +230,7 @@ fn friction_model(link: &StageLink, u: &Twist, pair: &mut [FrictionTerm<f64>; 2]
     let (mut force, mut moment) = (Vector2::zeros(), 0.0);
     let (mut tt, mut tn, mut nn, mut tw, mut nw) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for ((term, slip), lever) in pair.iter_mut().zip(&link.slip(u)).zip([link.lever, -link.lever]) {
-        let stiffness = term.evaluate(slip);
+        let stiffness = term.evaluate(Whole, slip);
         let (hxx, hxy, hyy) = (stiffness.xx + v.x, stiffness.xy, stiffness.yy + v.y);
         let impulse = term.impulse() - v.component_mul(slip);
         force += impulse;

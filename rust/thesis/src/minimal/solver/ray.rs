@@ -1,6 +1,7 @@
 //! The inner function along u + alpha du, for the line search.
 
 use nalgebra::Vector3;
+use snake_core::laws::Whole;
 use snake_core::solver::Ray;
 
 use crate::minimal::motion::Twist;
@@ -55,7 +56,7 @@ impl Ray<f64> for Step<'_> {
         for (i, (link, pair)) in stage.links.iter().zip(&newton.friction).enumerate() {
             let (slips, rates) = (link.slip(&start[i]), link.slip(&change[i]));
             for (k, term) in pair.iter().enumerate() {
-                add(term.along(&slips[k], &rates[k], alpha));
+                add(term.along(Whole, &slips[k], &rates[k], alpha));
             }
         }
         for (j, joint) in stage.joints.iter().enumerate() {
