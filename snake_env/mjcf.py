@@ -200,7 +200,7 @@ def _lock(angle: float, step: float) -> dict[str, Any]:
 
 
 def _rotor(robot: Robot, joint: int, step: float) -> dict[str, Any]:
-    """Inertia of the motor of a joint, and friction of its gear, which MuJoCo's defaults make soft."""
+    """Inertia of the motor of a joint, and friction of its gear, as stiff as the time step lets it be."""
     motor = robot.motor
     if motor is None or joint in robot.limp:
         return {}

@@ -32,7 +32,7 @@ class Trajectory:
             ``axes`` lists them. The same holds of ``joint_torque``, ``joint_rate`` and powers.
         joint_torque: (T, n - 1) actuator torques of the last step [N m]: planar tau_C of (T 3.51), which acts on the
             link before the joint; minimal model tau of (T 7.8), which drives the joint angle up. Spatial model:
-            (T, n - 1, 2), tau_C of (T 4.89), yaw and pitch.
+            (T, n - 1, 2), tau_C of (T 4.89), yaw and pitch. Of a motor without what its rotor and gear take.
         contact_force: (T, n, 2) obstacle force on each link, averaged over the sample interval (T 7.6) [N]; (T, n, 3)
             in the spatial model, with the normal force and friction of top faces.
         self_contact_force: (T, n, 2) force of the robot's other links on each link, averaged over the sample interval

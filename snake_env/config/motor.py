@@ -6,7 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from snake_env.config.section import Section
+from snake_env.config.section import Section, core_defaults
+
+_NONE = core_defaults("motor")
 
 
 @dataclass(frozen=True)
@@ -33,12 +35,12 @@ class Motor(Section):
 
     _section = "motor"
 
-    stall_torque: float = math.inf
-    no_load_speed: float = math.inf
-    rotor_inertia: float = 0.0
-    gear_friction: float = 0.0
-    gear_ratio: float = 1.0
-    gear_damping: float = 0.0
+    stall_torque: float = _NONE.stall_torque
+    no_load_speed: float = _NONE.no_load_speed
+    rotor_inertia: float = _NONE.rotor_inertia
+    gear_friction: float = _NONE.gear_friction
+    gear_ratio: float = _NONE.gear_ratio
+    gear_damping: float = _NONE.gear_damping
 
     @classmethod
     def aiko(cls, **changes: Any) -> Motor:

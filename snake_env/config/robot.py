@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 
 from snake_env.config.motor import Motor
 from snake_env.config.section import DEGREE, Section, core_defaults, deprecated_alias
-from snake_env.errors import ConfigError
 
 PerLink = float | Sequence[float]
 AxisName = Literal["both", "yaw", "pitch", "roll"]
@@ -67,6 +67,7 @@ class Robot(Section):
     """
 
     _section = "robot"
+    _parts = MappingProxyType({"motor": Motor})
 
     links: int = _AIKO.links
     length: PerLink = _AIKO.length
@@ -80,16 +81,9 @@ class Robot(Section):
     self_contact: bool | None = _AIKO.self_contact
     joint_limit: float | Sequence[float | Sequence[float]] | None = _AIKO.joint_limit
     axes: AxisName | Sequence[AxisName | Sequence[float]] = _AIKO.axes
-    motor: Motor | None = None
+    motor: Motor | None = _AIKO.motor
     locked: Sequence[int] = _AIKO.locked
     limp: Sequence[int] = _AIKO.limp
-
-    def __post_init__(self) -> None:
-        if isinstance(self.motor, Mapping):
-            object.__setattr__(self, "motor", Motor.of(self.motor, "robot.motor"))
-        if not isinstance(self.motor, Motor | None):
-            raise ConfigError("robot.motor", repr(self.motor), "a snake_env.Motor, or None")
-        super().__post_init__()
 
     @property
     def joint_axes(self) -> list[tuple[int, AxisName | tuple[float, ...]]]:

@@ -6,9 +6,8 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
-
-from typing_extensions import Self
 
 from snake_env import _checks, mjcf
 from snake_env._native import courses, defaults
@@ -68,6 +67,7 @@ class Scene(Section):
     """
 
     _section = "scene"
+    _parts = MappingProxyType({"stribeck": Stribeck})
 
     obstacles: Sequence[tuple[float, float, float] | Obstacle] = _GROUND.obstacles
     friction: tuple[float, float] = _GROUND.friction
@@ -82,8 +82,6 @@ class Scene(Section):
 
     def __post_init__(self) -> None:
         _checks.choice("scene.course", self.course, [None, *courses()])
-        if not isinstance(self.stribeck, Stribeck):
-            raise ConfigError("scene.stribeck", repr(self.stribeck), "a snake_env.Stribeck")
         obstacles = frozen(self.obstacles)
         if isinstance(obstacles, tuple):
             obstacles = tuple(from_plain(one, f"scene.obstacles[{j}]") for j, one in enumerate(obstacles))
@@ -163,13 +161,6 @@ class Scene(Section):
         if not isinstance(fields, Mapping):
             raise ConfigError("scene", repr(fields), "a mapping of field names to values")
         return cls.of(fields)
-
-    @classmethod
-    def of(cls, value: Any, path: str | None = None) -> Self:
-        """As for every section; a mapping may have its Stribeck effect as a mapping too."""
-        if isinstance(value, Mapping) and isinstance(stribeck := value.get("stribeck"), Mapping):
-            value = {**value, "stribeck": Stribeck.of(stribeck, "scene.stribeck")}
-        return super().of(value, path)
 
     def _index(self, j: int) -> int:
         return _checks.integer("obstacle", j, 1, len(self.obstacles)) - 1

@@ -37,8 +37,14 @@ class Section:
 
     _section: ClassVar[str]
     _aliases: ClassVar[tuple[str, ...]] = ()
+    _parts: ClassVar[Mapping[str, type[Section]]] = {}
+    """Fields that are sections themselves, and their classes; one whose default is None may be None."""
 
     def __post_init__(self) -> None:
+        for name, part in self._parts.items():
+            value = getattr(self, name)
+            if not isinstance(value, part) and value is not getattr(type(self), name):
+                raise ConfigError(f"{self._section}.{name}", repr(value), f"a snake_env.{part.__name__}")
         freeze(self)
         check(self._section, self)
 
@@ -63,8 +69,10 @@ class Section:
         for name, one in value.items():
             if name not in known and name not in cls._aliases:
                 raise ConfigError(f"{path}.{name}", repr(one), "a known field: " + ", ".join(known))
+        parts = {name: value[name] for name in cls._parts if isinstance(value.get(name), Mapping)}
         try:
-            return cls(**value)
+            sections = {name: cls._parts[name].of(one, f"{cls._section}.{name}") for name, one in parts.items()}
+            return cls(**{**value, **sections})
         except ConfigError as error:
             raise renamed(error, cls._section, path) from None
 

@@ -4,7 +4,7 @@ mod axes;
 mod limits;
 mod motor;
 
-pub use axes::{Axes, AxesConfig, OneJoint};
+pub use axes::{Axes, AxesConfig, OneJoint, of_axes};
 pub use limits::{JointLimit, OneLimit};
 pub use motor::Motor;
 
@@ -80,12 +80,12 @@ pub struct RobotConfig {
     pub limp: Vec<usize>,
 }
 
-/// Numbers that may be infinite, which readers of configurations refuse elsewhere.
+/// What may hold infinite numbers, which readers of configurations refuse elsewhere.
 #[derive(Deserialize)]
-struct Unbounded(JointLimit);
+struct Unbounded<V>(V);
 
-fn unbounded<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<JointLimit>, D::Error> {
-    Ok(Option::<Unbounded>::deserialize(deserializer)?.map(|limits| limits.0))
+fn unbounded<'de, D: Deserializer<'de>, V: Deserialize<'de>>(deserializer: D) -> Result<V, D::Error> {
+    Unbounded::deserialize(deserializer).map(|unbounded| unbounded.0)
 }
 
 impl Default for RobotConfig {
@@ -215,8 +215,7 @@ impl Robot {
 
     /// Of two values for each joint, those of the axes that there are.
     pub fn of_axes<'a>(&'a self, values: impl Iterator<Item = [f64; 2]> + 'a) -> impl Iterator<Item = f64> + 'a {
-        let of_joint = |(axes, values): (&Axes, [f64; 2])| [0, 1].map(|axis| axes.has(axis).then_some(values[axis]));
-        self.axes.iter().zip(values).flat_map(of_joint).flatten()
+        of_axes(&self.axes, values)
     }
 
     /// The two values of each joint, `none` about axes that it does not have, from those of all axes; `None` if the

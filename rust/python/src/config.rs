@@ -77,6 +77,7 @@ pub fn defaults<'py>(py: Python<'py>, section: &str, model: Option<&Bound<'py, P
     let plain = match section {
         "environment" => pythonize(py, &EnvConfig::default()),
         "robot" => pythonize(py, &RobotConfig::default()),
+        "motor" => pythonize(py, &Motor::default()),
         "scene" => pythonize(py, &default_scene(model)),
         "stribeck" => pythonize(py, &Stribeck::default()),
         "gait" => pythonize(py, &GaitConfig::default()),

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use serde::Deserialize;
-use snake_core::robot::Axes;
+use snake_core::robot::{Axes, of_axes};
 use snake_core::stepping::{Record, StageRecord};
 
 use crate::samples::Samples;
@@ -24,14 +24,6 @@ pub enum Recorded {
     /// Power of motors: every run of a robot that has some.
     #[serde(skip)]
     Motors,
-}
-
-impl Layout {
-    /// Of two values for each joint, those of the axes that it has.
-    fn of_axes(&self, values: impl Iterator<Item = [f64; 2]>) -> impl Iterator<Item = f64> {
-        let joints = self.axes.iter().zip(values);
-        joints.flat_map(|(axes, values)| (0..2).filter(|axis| axes.has(*axis)).map(move |axis| values[axis]))
-    }
 }
 
 impl Recorded {
@@ -96,13 +88,17 @@ pub fn write_means(
             }
             Recorded::Power => {
                 let work = record.sum.actuator_work.iter().copied();
-                samples.put("actuator_power", &layout.joint_shape, layout.of_axes(work).map(|work| work * per_second));
+                samples.put(
+                    "actuator_power",
+                    &layout.joint_shape,
+                    of_axes(&layout.axes, work).map(|work| work * per_second),
+                );
                 samples.put("friction_power", &[], [sums.friction_work * per_second]);
             }
             Recorded::Motors => {
                 let StageRecord { actuator_work, drawn, .. } = &record.sum;
                 for (name, energy) in [("motor_power", actuator_work), ("electrical_power", drawn)] {
-                    let power = layout.of_axes(energy.iter().copied()).map(|energy| energy * per_second);
+                    let power = of_axes(&layout.axes, energy.iter().copied()).map(|energy| energy * per_second);
                     samples.put(name, &layout.joint_shape, power);
                 }
             }

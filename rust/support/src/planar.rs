@@ -7,8 +7,9 @@ use snake_core::control::{ControlLaw, ControllerConfig, Treatment};
 use snake_core::gait::{CardanTarget, JointTarget, Reference, Wave};
 use snake_core::planar::{Planar, PlanarState, Pose, Twist};
 use snake_core::robot::{Robot, RobotConfig};
+use snake_core::rows::MotorRow;
 use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
-use snake_core::simulation::{SchemeConfig, Simulation};
+use snake_core::simulation::{PlanarSimulation, SchemeConfig, Simulation};
 use snake_core::stepping::ImplicitConfig;
 
 /// Start of the free-undulation reference: CG of link 1 and its angle.
@@ -144,6 +145,35 @@ pub fn moving_chain(robot: &Robot, pose: &[Pose], head: Twist, omega: &[f64]) ->
         twist[i] = Twist::new(v.x, v.y, omega[i - 1]);
     }
     PlanarState { time: 0.0, pose: pose.to_vec(), twist }
+}
+
+/// A straight pair of links in free space whose joint opens at `rate`.
+pub fn swinging_pair(
+    robot: &RobotConfig,
+    pd: &ControllerConfig,
+    rate: f64,
+    scheme: &ImplicitConfig,
+) -> PlanarSimulation {
+    let mut simulation = build(robot, &ground([0.0, 0.0]), pd, scheme);
+    simulation.place_chain(0.0, 0.0, 0.0, &[0.0]);
+    let pose = simulation.state().pose.clone();
+    // The links turn against each other; by symmetry their CGs are at rest.
+    let state = moving_chain(simulation.robot(), &pose, Twist::new(0.0, 0.0, -0.5 * rate), &[0.5 * rate]);
+    simulation.place(&state);
+    simulation
+}
+
+/// A motor that a drive of the impulse `size` meets in part, turning at up to some rad/s.
+pub fn random_motor(size: f64, random: &mut Random) -> MotorRow {
+    let stall = size * random.magnitude(0.03, 3.0);
+    MotorRow {
+        stall,
+        fall: stall / random.magnitude(0.1, 10.0),
+        friction: random.magnitude(1e-4, 1e-1) * stall,
+        inertia: random.magnitude(1e-5, 1e-2),
+        reference: random.between(-3.0, 3.0),
+        damping: random.magnitude(1e-6, 1e-2),
+    }
 }
 
 /// A straight limp robot in front of a peg, without friction, in a state of motion.

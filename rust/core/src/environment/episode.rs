@@ -20,8 +20,8 @@ pub struct Rules {
     /// Weight m g of the robot \[N\].
     pub robot_weight: f64,
     pub weights: RewardWeights,
-    /// What `energy` counts.
-    pub counts: Energy,
+    /// What the energy counts.
+    pub energy: Energy,
     pub termination: Termination,
 }
 
@@ -33,7 +33,7 @@ impl Rules {
             corridor_half_width: config.corridor_half_width,
             robot_weight,
             weights: config.reward_weights,
-            counts: config.energy,
+            energy: config.energy,
             termination: config.termination,
         }
     }
@@ -86,10 +86,10 @@ impl Episode {
             Vector2::new(cos, sin) * (speed * rules.period)
         });
         let progress = self.goal.advance(self.motion.position, motion.position);
-        let Rules { period, counts, .. } = *rules;
+        let Rules { period, energy, .. } = *rules;
         let works = [report.positive_actuator_work, report.actuator_work, report.electrical_work];
         let [work, net_work, drawn] = if report.diverged { [0.0; 3] } else { works };
-        self.energy += match counts {
+        self.energy += match energy {
             Energy::Mechanical => work,
             Energy::Electrical => drawn,
         };

@@ -2,8 +2,9 @@
 //!
 //! A reflected robot in a reflected scene moves as the reflection of the first. Observations and actions therefore
 //! state for each element whether the reflection keeps its value, changes its sign or moves it to another element;
-//! policies that exploit the symmetry read it from there. The phase of a wave counts from half a turn further in the reflection, so its sine and
-//! cosine are odd, and so is the amplitude of a vertical wave, which keeps its phase relative to the horizontal one.
+//! policies that exploit the symmetry read it from there. The phase of a wave counts from half a turn further in the
+//! reflection, so its sine and cosine are odd, and so is the amplitude of a vertical wave, which keeps its phase relative
+//! to the horizontal one.
 
 /// Behaviour under the reflection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

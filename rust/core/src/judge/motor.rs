@@ -1,7 +1,7 @@
 use crate::math::Real;
 use crate::rows::MotorRow;
 
-use super::clamp::clamp_between;
+use super::clamp::{clamp, clamp_between};
 
 /// Violation of the law of a drive whose motor, if it has one, turns at `rate`: within its largest impulse `limit`, less
 /// the faster it drives, it gives `tight` but for what a dead zone takes off its magnitude \[N m s\].
@@ -16,7 +16,15 @@ pub(crate) fn drive<T: Real>(impulse: T, tight: T, slack: T, limit: T, motor: Op
 
 /// What a motor gives beside its drive at a rate, with the friction `gear` \[N m s\].
 #[inline(always)]
-pub(crate) fn motor<T: Real>(motor: &MotorRow<T>, gear: T, rate: T) -> T {
+pub(crate) fn motor_impulse<T: Real>(motor: &MotorRow<T>, gear: T, rate: T) -> T {
     let MotorRow { inertia, reference, damping, .. } = *motor;
     gear + inertia * reference - (inertia + damping) * rate
+}
+
+/// Violation of the law of a gear's friction, `-rate in N_[-b, b](P)`, behind a link of this mass and half length, as a
+/// velocity \[m/s\].
+#[inline(always)]
+pub(crate) fn gear<T: Real>(motor: &MotorRow<T>, friction: T, rate: T, mass: T, half_length: T) -> T {
+    let lever = mass * half_length;
+    clamp(friction, friction - lever * (rate * half_length), motor.friction) / lever
 }

@@ -79,9 +79,7 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
             let violation = judge::drive(solution.actuator[i], tight, joint.slack, joint.limit, motor_and_rate);
             certificate.law = worse(certificate.law, violation * mobility.torque);
             if let (Some(motor), Some(&gear)) = (motor, solution.gear.get(i)) {
-                let (slip, lever) = (rate * half_length, mass * half_length);
-                let violation = judge::clamp(gear, gear - lever * slip, motor.friction);
-                certificate.law = worse(certificate.law, violation / lever);
+                certificate.law = worse(certificate.law, judge::gear(motor, gear, rate, mass, half_length));
                 certificate.gap += worse(T::zero(), gear * rate + motor.friction * rate.abs());
             }
             if let (Some(stop), Some(impulses)) = (stage.stops.get(i), solution.stop.get(i)) {
@@ -168,7 +166,7 @@ fn joint_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, joint: 
     }
     if let (Some(motor), Some(gear)) = (stage.motors.get(joint), solution.gear.get(joint)) {
         let (first, second) = (&solution.twist[joint], &solution.twist[joint + 1]);
-        impulse += judge::motor(motor, *gear, second.z - first.z);
+        impulse += judge::motor_impulse(motor, *gear, second.z - first.z);
     }
     impulse
 }

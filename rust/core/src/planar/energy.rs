@@ -16,8 +16,7 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         work.friction += *impulse * dot(&row.direction, &twist[row.link]);
     }
     for (j, (impulse, motor)) in solution.gear.iter().zip(&stage.motors).enumerate() {
-        let rate = twist[j + 1].z - twist[j].z;
-        work.friction += ((*impulse - motor.damping * rate) * rate).min(T::zero());
+        work.friction += motor.gear_work(*impulse, twist[j + 1].z - twist[j].z);
     }
     for (j, impulse) in actuator.iter().enumerate() {
         work.add_drive(*impulse, twist[j + 1].z - twist[j].z, stage.motors.get(j));

@@ -23,7 +23,6 @@ pub struct WarmStart {
     /// Position of each joint in its backlash, phi less the motor's angle \[rad\].
     pub backlash: Vec<f64>,
     /// Torque of the friction in the gear of each joint's motor, empty without motors \[N m\].
-    #[serde(default)]
     pub gear_friction: Vec<f64>,
 }
 

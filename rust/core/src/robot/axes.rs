@@ -21,6 +21,12 @@ pub enum Axes {
     About([f64; 3]),
 }
 
+/// Of two values for each joint with these axes, those of the axes that there are.
+pub fn of_axes<'a>(axes: &'a [Axes], values: impl Iterator<Item = [f64; 2]> + 'a) -> impl Iterator<Item = f64> + 'a {
+    let of_joint = |(axes, values): (&Axes, [f64; 2])| [0, 1].map(|axis| axes.has(axis).then_some(values[axis]));
+    axes.iter().zip(values).flat_map(of_joint).flatten()
+}
+
 impl Axes {
     /// A hinge along the link.
     pub const ROLL: Self = Self::About([0.0, 0.0, 1.0]);

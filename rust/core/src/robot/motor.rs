@@ -1,5 +1,6 @@
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
+use super::unbounded;
 use crate::error::{ConfigError, non_negative, positive, require};
 
 /// The motor of each joint axis behind its gear.
@@ -20,14 +21,6 @@ pub struct Motor {
     pub gear_friction: f64,
     /// Viscous friction of the gear, at the joint \[N m s/rad\].
     pub gear_damping: f64,
-}
-
-/// A number that may be infinite, which readers of configurations refuse elsewhere.
-#[derive(Deserialize)]
-struct Unbounded(f64);
-
-fn unbounded<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    Unbounded::deserialize(deserializer).map(|number| number.0)
 }
 
 impl Default for Motor {

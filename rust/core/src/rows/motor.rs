@@ -29,7 +29,6 @@ pub struct MotorRow<T = f64> {
     /// phi'_A \[rad/s\].
     pub reference: T,
     /// c times the damping of the gear \[N m s^2\].
-    #[serde(default = "T::zero")]
     pub damping: T,
 }
 
@@ -53,6 +52,12 @@ impl<T: Real> MotorRow<T> {
         let zero = T::zero();
         let heat = T::select(zero.lt(self.fall), impulse * impulse / self.fall, zero);
         (impulse * rate + heat).max(zero)
+    }
+
+    /// Work of the gear's friction, which has this impulse, and damping; never positive \[J\].
+    #[inline(always)]
+    pub fn gear_work(&self, friction: T, rate: T) -> T {
+        ((friction - self.damping * rate) * rate).min(T::zero())
     }
 
     /// Impulse and stiffness of a drive with the given ones at a rate, kept within the line.

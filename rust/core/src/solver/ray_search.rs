@@ -1,6 +1,6 @@
 //! The exact line search: a zero of the slope of a convex function along a ray.
 
-use crate::math::{Mask, Real};
+use crate::math::{Kernel, Mask, Real};
 
 /// A strongly convex, piecewise smooth function \[J\] along a step, alpha = 0 at its start and 1 at its end.
 /// Implementations must be `#[inline(always)]`, so that they are compiled for the instruction set of the search.
@@ -46,6 +46,22 @@ pub fn step_length<T: Real>(function: &impl Ray<T>, accuracy: T, lanes: T::Mask)
         searching = searching & accuracy.lt(here.abs());
     }
     (alpha, overshoots)
+}
+
+/// [`step_length`] as a function of its own, apart from the code of steps that do not overshoot.
+pub struct Search<R, T: Real> {
+    pub function: R,
+    pub accuracy: T,
+    pub lanes: T::Mask,
+}
+
+impl<T: Real, R: Ray<T>> Kernel for Search<R, T> {
+    type Output = (T, T::Mask);
+
+    #[inline(always)]
+    fn run(self) -> (T, T::Mask) {
+        step_length(&self.function, self.accuracy, self.lanes)
+    }
 }
 
 /// The kink nearest to the middle of the bracket, or the middle if no kink lies inside.

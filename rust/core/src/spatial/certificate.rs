@@ -140,9 +140,8 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
         let violation = judge::drive(impulse, wanted, drive.slack, drive.limit, motor.map(|motor| (motor, rate)));
         certificate.actuator = worse(certificate.actuator, violation * mobility.torque);
         if let (Some(motor), Some(&gear)) = (motor, solution.gear.get(2 * j + axis)) {
-            let lever = near.mass * near.half_length;
-            let violation = judge::clamp(gear, gear - lever * near.half_length * rate, motor.friction);
-            certificate.actuator = worse(certificate.actuator, violation / lever);
+            let violation = judge::gear(motor, gear, rate, near.mass, near.half_length);
+            certificate.actuator = worse(certificate.actuator, violation);
         }
         if let (Some(stop), Some(impulses)) = (stage.stops.get(2 * j + axis), solution.stop.get(2 * j + axis)) {
             let velocity = stop.lever * rate;
@@ -191,7 +190,7 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
                 left += stop.lever * (*lower - *upper);
             }
             if let (Some(motor), Some(gear)) = (stage.motors.get(2 * i + k), solution.gear.get(2 * i + k)) {
-                left += judge::motor(motor, *gear, solution.rate[i][k]);
+                left += judge::motor_impulse(motor, *gear, solution.rate[i][k]);
             }
             certificate.balance = worse(certificate.balance, left.abs() * mobility.end);
         }

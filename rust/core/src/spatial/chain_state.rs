@@ -166,7 +166,6 @@ pub struct SavedForces {
     joint_stops: Vec<[f64; 2]>,
     joint_torque: Vec<Vector2<f64>>,
     backlash: Vec<f64>,
-    #[serde(default)]
     gear_friction: Vec<f64>,
 }
 

@@ -21,7 +21,7 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         total.friction += p.x * along.dot(x) + p.y * across.dot(x);
     }
     for ((rate, gear), motor) in solution.rate.iter().flatten().zip(&solution.gear).zip(&stage.motors) {
-        total.friction += ((*gear - motor.damping * *rate) * *rate).min(T::zero());
+        total.friction += motor.gear_work(*gear, *rate);
     }
     for (j, (rate, drive)) in solution.rate.iter().zip(&solution.actuator).enumerate() {
         for axis in 0..2 {

@@ -12,7 +12,7 @@ use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
 use snake_core::stepping::{ImplicitConfig, PlantParameters};
-use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, links, moving_chain};
+use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, links, swinging_pair};
 use snake_test_support::planar_stage::{self as dense, Kind};
 
 /// Four degrees from end to end.
@@ -25,17 +25,6 @@ fn loose(count: usize) -> RobotConfig {
 /// The implicit methods, with steps that resolve what a motor does.
 fn fine_schemes() -> [(&'static str, ImplicitConfig); 2] {
     [("implicit 1", implicit(1e-5, 1)), ("implicit 2", implicit(2e-5, 2))]
-}
-
-/// A straight pair of links in free space whose joint opens at `rate`, the motor held at zero.
-fn swinging_pair(robot: &RobotConfig, pd: &ControllerConfig, rate: f64, scheme: &ImplicitConfig) -> PlanarSimulation {
-    let mut simulation = build(robot, &ground([0.0, 0.0]), pd, scheme);
-    simulation.place_chain(0.0, 0.0, 0.0, &[0.0]);
-    let pose = simulation.state().pose.clone();
-    // The links turn against each other; by symmetry their CGs are at rest.
-    let state = moving_chain(simulation.robot(), &pose, Twist::new(0.0, 0.0, -0.5 * rate), &[0.5 * rate]);
-    simulation.place(&state);
-    simulation
 }
 
 /// Inside the play no torque passes: the motion is that of a robot without motors, bit for bit, until the end is

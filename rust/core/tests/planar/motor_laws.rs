@@ -11,7 +11,7 @@ use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
 use snake_core::stepping::ImplicitConfig;
 use snake_test_support::planar::{
-    Hold, LIMP, Random, build, ground, implicit, links, moving_chain, posture, table_7_5,
+    Hold, LIMP, Random, build, ground, implicit, links, posture, random_motor, swinging_pair, table_7_5,
 };
 use snake_test_support::planar_stage::{self as dense, Kind};
 
@@ -26,14 +26,8 @@ fn driven(count: usize, motor: Motor) -> RobotConfig {
     RobotConfig { motor: Some(motor), joint_limit: Some(f64::INFINITY.into()), ..links(count) }
 }
 
-/// A straight pair of links in free space whose joint opens at `rate`.
 fn pair(motor: Motor, pd: &ControllerConfig, rate: f64, scheme: &ImplicitConfig) -> PlanarSimulation {
-    let mut simulation = build(&driven(2, motor), &ground([0.0, 0.0]), pd, scheme);
-    simulation.place_chain(0.0, 0.0, 0.0, &[0.0]);
-    let pose = simulation.state().pose.clone();
-    let state = moving_chain(simulation.robot(), &pose, Twist::new(0.0, 0.0, -0.5 * rate), &[0.5 * rate]);
-    simulation.place(&state);
-    simulation
+    swinging_pair(&driven(2, motor), pd, rate, scheme)
 }
 
 /// A joint that its motor turns as fast as it can: `(I + J) omega' = stall (1 - omega / omega_0)`, so `omega = omega_0 (1 -
@@ -211,18 +205,11 @@ fn stages_with_motors_are_solved_alike_by_two_methods() {
 fn with_motors(stage: &mut Stage, plays: bool, random: &mut Random) {
     for joint in &mut stage.joints {
         let size = joint.drive.abs() + joint.stiffness;
-        let (stall, speed) = (size * random.magnitude(0.03, 3.0), random.magnitude(0.1, 10.0));
-        let own = if plays { 0.0 } else { 1.0 };
-        stage.motors.push(MotorRow {
-            stall,
-            fall: stall / speed,
-            friction: own * random.magnitude(1e-4, 1e-1) * stall,
-            inertia: own * random.magnitude(1e-5, 1e-2),
-            reference: random.between(-3.0, 3.0),
-            damping: own * random.magnitude(1e-6, 1e-2),
-        });
-        joint.limit = joint.limit.min(stall);
+        let motor = random_motor(size, random);
+        joint.limit = joint.limit.min(motor.stall);
         joint.slack = if plays { random.between(0.0, 0.3) * size } else { 0.0 };
+        let loose = MotorRow { friction: 0.0, inertia: 0.0, damping: 0.0, ..motor };
+        stage.motors.push(if plays { loose } else { motor });
     }
 }
 

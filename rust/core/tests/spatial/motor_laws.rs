@@ -4,13 +4,12 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Reference, Wave};
 use snake_core::robot::{AxesConfig, Motor, RobotConfig};
-use snake_core::rows::MotorRow;
 use snake_core::simulation::SpatialSimulation;
 use snake_core::solver::{CoupledStage, SolveStatus};
 use snake_core::spatial::{
     CoulombNewton, Fallback, Newton, Pose, Stage, StageSolution, certify, orientation_of, turning,
 };
-use snake_test_support::planar::{LIMP, Random, ground, links};
+use snake_test_support::planar::{LIMP, Random, ground, links, random_motor};
 use snake_test_support::spatial::{DEGREE, implicit, undulation};
 use snake_test_support::spatial_stage::stacked;
 
@@ -22,16 +21,9 @@ fn still() -> CardanGait {
 
 fn with_motors(stage: &mut Stage, random: &mut Random) {
     for drive in stage.joints.iter_mut().flatten() {
-        let stall = (drive.drive.abs() + drive.stiffness) * random.magnitude(0.03, 3.0);
-        stage.motors.push(MotorRow {
-            stall,
-            fall: stall / random.magnitude(0.1, 10.0),
-            friction: random.magnitude(1e-4, 1e-1) * stall,
-            inertia: random.magnitude(1e-5, 1e-2),
-            reference: random.between(-3.0, 3.0),
-            damping: random.magnitude(1e-6, 1e-2),
-        });
-        drive.limit = drive.limit.min(stall);
+        let motor = random_motor(drive.drive.abs() + drive.stiffness, random);
+        drive.limit = drive.limit.min(motor.stall);
+        stage.motors.push(motor);
     }
 }
 

@@ -11,6 +11,7 @@ mod coulomb_path;
 mod coulomb_sweep;
 mod fallback;
 mod interior_point;
+mod kernels;
 mod link_term;
 mod low_rank;
 mod newton;

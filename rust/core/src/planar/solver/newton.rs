@@ -12,10 +12,11 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PAIRS_PER_LINK;
 use crate::laws::{Halves, Skin, Whole};
-use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
+use crate::math::{Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageLink, StageSolution};
 use crate::solver::{self, FrictionTerm, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, Tuning};
 
+use super::kernels::{CoupledStep, EvaluateLaws, FrictionError};
 use super::link_term::{LinkTerm, in_frame, linear};
 use super::obstacle_friction::ObstacleFriction;
 use super::self_contacts::SelfContacts;
@@ -44,7 +45,7 @@ pub struct Newton<T: Real = f64> {
 
 /// Where a step leads.
 #[derive(Debug, Clone, Copy)]
-struct StepEnd<T> {
+pub(super) struct StepEnd<T> {
     /// Derivative of the inner function along the step \[J\].
     slope: T,
     /// Square of the difference to the laws' linearisations at the start of the step, in the norm of M^-1 \[J\].
@@ -152,7 +153,12 @@ impl<T: Real> Newton<T> {
 
     /// Takes one Newton step; `COUPLED` tells whether there are contacts between links.
     #[inline(always)]
-    fn step<const COUPLED: bool>(&mut self, halves: impl Halves, active: T::Mask, damped: bool) -> NewtonStep<T> {
+    pub(super) fn step<const COUPLED: bool>(
+        &mut self,
+        halves: impl Halves,
+        active: T::Mask,
+        damped: bool,
+    ) -> NewtonStep<T> {
         let mut descent = self.eliminate::<COUPLED>();
         if COUPLED {
             self.links.iter_mut().for_each(back_substitution(self.head));
@@ -227,7 +233,7 @@ impl<T: Real> Newton<T> {
     /// Forces and stiffnesses of all laws at the present twists, to which `advance` brings each link first; contacts
     /// between links need twists that are already there.
     #[inline(always)]
-    fn evaluate_laws<const COUPLED: bool>(
+    pub(super) fn evaluate_laws<const COUPLED: bool>(
         &mut self,
         halves: impl Halves,
         form: LawForm,
@@ -297,7 +303,7 @@ impl<T: Real> Newton<T> {
 
     /// Worst error of the multipliers of the ground's friction.
     #[inline(always)]
-    fn squared_friction_error(&self, halves: impl Halves) -> T {
+    pub(super) fn squared_friction_error(&self, halves: impl Halves) -> T {
         let mut squared = T::zero();
         for link in &self.links {
             squared = squared.max(link.friction.squared_error(halves, &linear(&link.twist), link.mass));
@@ -385,96 +391,6 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
         self.obstacle_friction.recentre(lanes, &self.contacts);
         self.self_contacts.recentre(lanes);
-    }
-}
-
-/// [`Newton::evaluate_laws`] at the present twists. It is needed in several places, and is a function of its own to keep
-/// the code of the iteration small.
-struct EvaluateLaws<'a, T: Real> {
-    newton: &'a mut Newton<T>,
-    form: LawForm,
-}
-
-impl<T: Real> Kernel for EvaluateLaws<'_, T> {
-    type Output = StepEnd<T>;
-
-    #[inline(always)]
-    fn run(self) -> StepEnd<T> {
-        let Self { newton, form } = self;
-        if let Some(skin) = newton.skin {
-            T::run(EvaluateSkin { newton, form, skin })
-        } else if newton.self_contacts.is_empty() {
-            newton.evaluate_laws::<false>(Whole, form, |_| ())
-        } else {
-            newton.evaluate_laws::<true>(Whole, form, |_| ())
-        }
-    }
-}
-
-/// The same with a skin.
-struct EvaluateSkin<'a, T: Real> {
-    newton: &'a mut Newton<T>,
-    form: LawForm,
-    skin: Skin,
-}
-
-impl<T: Real> Kernel for EvaluateSkin<'_, T> {
-    type Output = StepEnd<T>;
-
-    #[inline(always)]
-    fn run(self) -> StepEnd<T> {
-        self.newton.evaluate_laws::<true>(self.skin, self.form, |_| ())
-    }
-}
-
-/// [`Newton::squared_friction_error`] with a skin.
-struct FrictionError<'a, T: Real> {
-    newton: &'a Newton<T>,
-    skin: Skin,
-}
-
-impl<T: Real> Kernel for FrictionError<'_, T> {
-    type Output = T;
-
-    #[inline(always)]
-    fn run(self) -> T {
-        self.newton.squared_friction_error(self.skin)
-    }
-}
-
-/// [`Newton::step`] with contacts between links or a skin, apart from the code of all other stages.
-struct CoupledStep<'a, T: Real> {
-    newton: &'a mut Newton<T>,
-    active: T::Mask,
-    damped: bool,
-}
-
-impl<T: Real> Kernel for CoupledStep<'_, T> {
-    type Output = NewtonStep<T>;
-
-    #[inline(always)]
-    fn run(self) -> NewtonStep<T> {
-        match self.newton.skin {
-            None => self.newton.step::<true>(Whole, self.active, self.damped),
-            Some(skin) => T::run(SkinStep { newton: self.newton, active: self.active, damped: self.damped, skin }),
-        }
-    }
-}
-
-/// The same with a skin.
-struct SkinStep<'a, T: Real> {
-    newton: &'a mut Newton<T>,
-    active: T::Mask,
-    damped: bool,
-    skin: Skin,
-}
-
-impl<T: Real> Kernel for SkinStep<'_, T> {
-    type Output = NewtonStep<T>;
-
-    #[inline(always)]
-    fn run(self) -> NewtonStep<T> {
-        self.newton.step::<true>(self.skin, self.active, self.damped)
     }
 }
 

@@ -1,8 +1,8 @@
 //! The inner function along start + alpha step, for the line search.
 
 use crate::laws::{Halves, Whole};
-use crate::math::{Kernel, Real};
-use crate::solver::{NearestKink, Ray, step_length};
+use crate::math::Real;
+use crate::solver::{NearestKink, Ray, Search};
 
 use super::link_term::linear;
 use super::newton::Newton;
@@ -16,12 +16,13 @@ struct Step<'a, T: Real, H> {
 }
 
 impl<T: Real> Newton<T> {
-    /// How much of the step to take in the given lanes, as [`step_length`].
+    /// How much of the step to take in the given lanes, as [`step_length`](crate::solver::step_length).
     #[inline(always)]
     pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
+        let inertia = self.inertia_along();
         match self.skin {
-            None => T::run(Search { newton: self, accuracy, lanes, halves: Whole }),
-            Some(halves) => T::run(Search { newton: self, accuracy, lanes, halves }),
+            None => T::run(Search { function: Step { newton: self, halves: Whole, inertia }, accuracy, lanes }),
+            Some(halves) => T::run(Search { function: Step { newton: self, halves, inertia }, accuracy, lanes }),
         }
     }
 
@@ -36,24 +37,6 @@ impl<T: Real> Newton<T> {
             rise += px * du.x + py * du.y + pz * du.z;
         }
         [slope, rise]
-    }
-}
-
-/// The search, apart from the code of steps that do not overshoot.
-struct Search<'a, T: Real, H> {
-    newton: &'a Newton<T>,
-    halves: H,
-    accuracy: T,
-    lanes: T::Mask,
-}
-
-impl<T: Real, H: Halves> Kernel for Search<'_, T, H> {
-    type Output = (T, T::Mask);
-
-    #[inline(always)]
-    fn run(self) -> (T, T::Mask) {
-        let Self { newton, halves, accuracy, lanes } = self;
-        step_length(&Step { newton, halves, inertia: newton.inertia_along() }, accuracy, lanes)
     }
 }
 

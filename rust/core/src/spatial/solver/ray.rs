@@ -1,8 +1,8 @@
 //! Derivatives of the convex function along start + alpha step, for the line search.
 
 use crate::laws::{Halves, Whole};
-use crate::math::{Kernel, Real};
-use crate::solver::{NearestKink, Ray, step_length};
+use crate::math::Real;
+use crate::solver::{NearestKink, Ray, Search, step_length};
 
 use super::newton::Newton;
 
@@ -18,10 +18,11 @@ impl<T: Real> Newton<T> {
     /// How much of the step to take in the given lanes, and in which of them less than all of it, as [`step_length`].
     #[inline(always)]
     pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
+        let inertia = self.inertia_along();
         if let Some(halves) = self.laws.skin {
-            return T::run(Search { newton: self, halves, accuracy, lanes });
+            return T::run(Search { function: Step { newton: self, halves, inertia }, accuracy, lanes });
         }
-        step_length(&Step { newton: self, halves: Whole, inertia: self.inertia_along() }, accuracy, lanes)
+        step_length(&Step { newton: self, halves: Whole, inertia }, accuracy, lanes)
     }
 
     /// Slope of |x - M^-1 p|_M^2 / 2 at alpha = 0, and its constant rise.
@@ -34,24 +35,6 @@ impl<T: Real> Newton<T> {
             rise += change.dot(&link.step);
         }
         [slope, rise]
-    }
-}
-
-/// The search with a skin, apart from the code of others.
-struct Search<'a, T: Real, H> {
-    newton: &'a Newton<T>,
-    halves: H,
-    accuracy: T,
-    lanes: T::Mask,
-}
-
-impl<T: Real, H: Halves> Kernel for Search<'_, T, H> {
-    type Output = (T, T::Mask);
-
-    #[inline(always)]
-    fn run(self) -> (T, T::Mask) {
-        let Self { newton, halves, accuracy, lanes } = self;
-        step_length(&Step { newton, halves, inertia: newton.inertia_along() }, accuracy, lanes)
     }
 }
 

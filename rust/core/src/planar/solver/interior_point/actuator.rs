@@ -1,3 +1,4 @@
+use crate::planar::solver::terms::ActuatorTerm;
 use crate::planar::{Stage, StageJoint};
 use crate::rows::MotorRow;
 
@@ -43,10 +44,8 @@ pub(super) fn is_bounded(stage: &Stage, joint: usize) -> bool {
 
 /// The impulse of a joint's actuator at a rate.
 pub(super) fn actuator_impulse(joint: &StageJoint, motor: Option<&MotorRow>, rate: f64) -> f64 {
-    let tight = joint.drive - joint.stiffness * rate;
-    let loose = tight - tight.clamp(-joint.slack, joint.slack);
-    let impulse = loose.clamp(-joint.limit, joint.limit);
-    motor.map_or(impulse, |motor| motor.limit(rate, (impulse, 0.0)).0)
+    let drive = ActuatorTerm::new(joint, 0.0).at(rate);
+    motor.map_or(drive, |motor| motor.limit(rate, drive)).0
 }
 
 /// The friction of a motor's gear in front of a link of this inertia.
