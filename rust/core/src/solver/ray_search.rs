@@ -48,19 +48,19 @@ pub fn step_length<T: Real>(function: &impl Ray<T>, accuracy: T, lanes: T::Mask)
     (alpha, overshoots)
 }
 
-/// [`step_length`] as a function of its own, apart from the code of steps that do not overshoot.
-pub struct Search<R, T: Real> {
-    pub function: R,
+/// [`step_length`] of what `function` makes, as a function of its own, apart from the code of steps that do not overshoot.
+pub struct Search<F, T: Real> {
+    pub function: F,
     pub accuracy: T,
     pub lanes: T::Mask,
 }
 
-impl<T: Real, R: Ray<T>> Kernel for Search<R, T> {
+impl<T: Real, R: Ray<T>, F: FnOnce() -> R> Kernel for Search<F, T> {
     type Output = (T, T::Mask);
 
     #[inline(always)]
     fn run(self) -> (T, T::Mask) {
-        step_length(&self.function, self.accuracy, self.lanes)
+        step_length(&(self.function)(), self.accuracy, self.lanes)
     }
 }
 

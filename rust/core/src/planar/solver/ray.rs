@@ -19,11 +19,16 @@ impl<T: Real> Newton<T> {
     /// How much of the step to take in the given lanes, as [`step_length`](crate::solver::step_length).
     #[inline(always)]
     pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
-        let inertia = self.inertia_along();
         match self.skin {
-            None => T::run(Search { function: Step { newton: self, halves: Whole, inertia }, accuracy, lanes }),
-            Some(halves) => T::run(Search { function: Step { newton: self, halves, inertia }, accuracy, lanes }),
+            None => T::run(Search { function: self.along_step(Whole), accuracy, lanes }),
+            Some(skin) => T::run(Search { function: self.along_step(skin), accuracy, lanes }),
         }
+    }
+
+    #[inline(always)]
+    fn along_step<'a, H: Halves + 'a>(&'a self, halves: H) -> impl FnOnce() -> Step<'a, T, H> {
+        #[inline(always)]
+        move || Step { newton: self, halves, inertia: self.inertia_along() }
     }
 
     /// Slope of |u - u_ref|_M^2 / 2 at alpha = 0, and its constant rise.

@@ -18,11 +18,16 @@ impl<T: Real> Newton<T> {
     /// How much of the step to take in the given lanes, and in which of them less than all of it, as [`step_length`].
     #[inline(always)]
     pub(super) fn step_length(&self, accuracy: T, lanes: T::Mask) -> (T, T::Mask) {
-        let inertia = self.inertia_along();
-        if let Some(halves) = self.laws.skin {
-            return T::run(Search { function: Step { newton: self, halves, inertia }, accuracy, lanes });
+        match self.laws.skin {
+            None => step_length(&self.along_step(Whole)(), accuracy, lanes),
+            Some(skin) => T::run(Search { function: self.along_step(skin), accuracy, lanes }),
         }
-        step_length(&Step { newton: self, halves: Whole, inertia }, accuracy, lanes)
+    }
+
+    #[inline(always)]
+    fn along_step<'a, H: Halves + 'a>(&'a self, halves: H) -> impl FnOnce() -> Step<'a, T, H> {
+        #[inline(always)]
+        move || Step { newton: self, halves, inertia: self.inertia_along() }
     }
 
     /// Slope of |x - M^-1 p|_M^2 / 2 at alpha = 0, and its constant rise.
