@@ -48,7 +48,8 @@ pub fn step_length<T: Real>(function: &impl Ray<T>, accuracy: T, lanes: T::Mask)
     (alpha, overshoots)
 }
 
-/// [`step_length`] of what `function` makes, as a function of its own, apart from the code of steps that do not overshoot.
+/// [`step_length`] of what `function` makes, as a function of its own: apart from the code of steps that do not
+/// overshoot.
 pub struct Search<F, T: Real> {
     pub function: F,
     pub accuracy: T,
