@@ -36,6 +36,7 @@ ARGUMENTS = {
     "speed": 'interval of the speed that "command" commands [m/s], 0 to 2',
     "difficulty": "irregularity of a random scene, 0 to 1",
     "field": 'generator of the random field: "mixed", "track", "lattice" or "poisson"',
+    "terrain": 'kind of uneven ground: "mixed", "rough", "blocks", "stairs" or "ramps"',
     "push_points": 'usable push-points per body length that scenes of "field" and "maze" must have, 0 to 4: they '
     "are drawn again, up to 100 times ([concepts](concepts.md#push-points))",
     "perturbation": 'pegs of "perturbed" that are out of place: `course` ("table-7.3", "table-7.5" or "mixed"), '

@@ -64,7 +64,7 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
         _add_orthotropic_pairs(root, scene, robot.links, step)
     _add(world, "geom", name="ground", type="plane", size=(0.0, 0.0, 1.0), **ground)
     for j, obstacle in enumerate(scene.obstacles, start=1):
-        name, height = f"obstacle_{j}", obstacle.height if isinstance(obstacle, Obstacle) else None
+        name, height = f"obstacle_{j}", obstacle.height if isinstance(obstacle, Vertical) else None
         friction = obstacle.friction if isinstance(obstacle, Obstacle) else 0.0
         contact = {"condim": 3 if friction else 1, "friction": (friction, 0.0, 0.0), **_solid(step)}
         _add_obstacle(world, meshes, obstacle, name, (-HEIGHT, HEIGHT if height is None else height - LID), contact)

@@ -1,6 +1,7 @@
-"""Obstacles of a scene by their outlines, seen from above: pegs, walls and convex bodies, fixed to the ground.
+"""Obstacles of a scene, fixed to the ground: pegs, walls and convex bodies by their outlines, seen from above.
 
-In the spatial model they are vertical bodies, without end or of a height. Lengths in m, angles in rad.
+In the spatial model these are vertical bodies, without end or of a height, and there are others: uneven ground, convex
+polyhedra, poles and pipes. Lengths in m, angles in rad.
 """
 
 from __future__ import annotations
@@ -17,9 +18,10 @@ from snake_env import _checks
 from snake_env.config.section import Section, renamed
 from snake_env.errors import ConfigError
 
-__all__ = ["Box", "Circle", "Obstacle", "Polygon", "Segment"]
+__all__ = ["Box", "Circle", "Cylinder", "HeightField", "Obstacle", "Polygon", "Polyhedron", "Segment"]
 
 Point = tuple[float, float]
+Point3 = tuple[float, float, float]
 
 
 class _Body(Section):
@@ -139,9 +141,96 @@ class Polygon(_Body):
         return dataclasses.replace(self, vertices=_shifted(self.vertices, dx, dy))
 
 
-Obstacle = Circle | Segment | Box | Polygon
+@dataclass(frozen=True)
+class HeightField(_Body):
+    """Uneven ground: heights on a grid, joined by triangles. The spatial model only.
 
-_SHAPES: dict[str, type[Obstacle]] = {"circle": Circle, "segment": Segment, "box": Box, "polygon": Polygon}
+    Inside its rectangle the field is the ground; outside, the ground is the plane z = 0. Each cell has two triangles,
+    which meet in the diagonal from its first corner, as in MuJoCo. At its border the field ends in vertical faces.
+
+    Args:
+        height: array (k, l) of heights at ``origin + (i, j) * spacing``, k, l >= 2 [m].
+        spacing: between neighbours along either axis, > 0 [m].
+        origin: (x, y) of the first height [m].
+        friction: Coulomb coefficient of all faces, or an array (k - 1, l - 1) of one for each cell, >= 0. None: links
+            have the scene's coefficients along and across them, on level faces with all else the ground's friction has,
+            such as rolling friction.
+        mass: None; obstacles are fixed.
+    """
+
+    height: Sequence[Sequence[float]]
+    spacing: float
+    origin: Point = (0.0, 0.0)
+    friction: float | Sequence[Sequence[float]] | None = None
+    mass: float | None = None
+    shape: str = field(default="height_field", init=False, repr=False)
+
+    def moved(self, dx: float, dy: float) -> HeightField:
+        """The field shifted by (dx, dy) [m]."""
+        (origin,) = _shifted([self.origin], dx, dy)
+        return dataclasses.replace(self, origin=origin)
+
+
+@dataclass(frozen=True)
+class Polyhedron(_Body):
+    """A convex body, such as a ramp or a piece of rubble. The spatial model only.
+
+    Args:
+        vertices: 4 to 64 points (x, y, z) that do not lie in one plane; the body is their convex hull [m].
+        friction: Coulomb coefficient between links and the body, >= 0.
+        mass: None; obstacles are fixed.
+    """
+
+    vertices: Sequence[Point3]
+    friction: float = 0.0
+    mass: float | None = None
+    shape: str = field(default="polyhedron", init=False, repr=False)
+
+    def moved(self, dx: float, dy: float) -> Polyhedron:
+        """The body shifted by (dx, dy) [m]."""
+        return dataclasses.replace(self, vertices=_shifted3(self.vertices, dx, dy))
+
+
+@dataclass(frozen=True)
+class Cylinder(_Body):
+    """A pole, or a pipe, in any direction. The spatial model only.
+
+    Args:
+        start: centre (x, y, z) of one end [m].
+        end: centre of the other end [m].
+        radius: radius [m], > 0.
+        inside: False: a solid pole with flat ends. True: a pipe, a wall without thickness that links touch on both
+            sides, and open ends with rims.
+        friction: Coulomb coefficient between links and the cylinder, >= 0.
+        mass: None; obstacles are fixed.
+    """
+
+    start: Point3
+    end: Point3
+    radius: float
+    inside: bool = False
+    friction: float = 0.0
+    mass: float | None = None
+    shape: str = field(default="cylinder", init=False, repr=False)
+
+    def moved(self, dx: float, dy: float) -> Cylinder:
+        """The cylinder shifted by (dx, dy) [m]."""
+        start, end = _shifted3([self.start, self.end], dx, dy)
+        return dataclasses.replace(self, start=start, end=end)
+
+
+Vertical = Circle | Segment | Box | Polygon
+Obstacle = Vertical | HeightField | Polyhedron | Cylinder
+
+_SHAPES: dict[str, type[Obstacle]] = {
+    "circle": Circle,
+    "segment": Segment,
+    "box": Box,
+    "polygon": Polygon,
+    "height_field": HeightField,
+    "polyhedron": Polyhedron,
+    "cylinder": Cylinder,
+}
 
 
 def circles(obstacles: Sequence[Any]) -> list[tuple[float, float, float]]:
@@ -151,14 +240,14 @@ def circles(obstacles: Sequence[Any]) -> list[tuple[float, float, float]]:
 
 
 def outlines(obstacles: Sequence[Any]) -> list[NDArray[np.float64]]:
-    """Corners (k, 2) of the others in order, two of a segment [m]."""
+    """Corners (k, 2) of the other vertical ones in order, two of a segment [m]."""
     return [_corners(one) for one in obstacles if isinstance(one, Segment | Box | Polygon)]
 
 
 def heights(obstacles: Sequence[Any]) -> tuple[list[float | None], list[float | None]]:
     """Heights of the circular ones, as :func:`circles` lists them, and of the others [m]; None: without end."""
     others = [one.height for one in obstacles if isinstance(one, Segment | Box | Polygon)]
-    round_ones = [one for one in obstacles if not isinstance(one, Segment | Box | Polygon)]
+    round_ones = [one for one in obstacles if isinstance(one, Circle) or not isinstance(one, Obstacle)]
     return [one.height if isinstance(one, Circle) else None for one in round_ones], others
 
 
@@ -166,7 +255,7 @@ def solids(obstacles: Sequence[Any]) -> list[tuple[float, NDArray[np.float64]]]:
     """Heights of the obstacles that have one, and corners (k, 2) of their outlines, round ones as polygons [m]."""
     turn = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
     rim = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    solid = [one for one in obstacles if isinstance(one, Obstacle) and one.height is not None]
+    solid = [one for one in obstacles if isinstance(one, Vertical) and one.height is not None]
     corners = [one.radius * rim + [one.x, one.y] if isinstance(one, Circle) else _corners(one) for one in solid]
     return [(float(one.height or 0.0), line) for one, line in zip(solid, corners, strict=True)]
 
@@ -207,7 +296,9 @@ def from_plain(obstacle: Any, path: str) -> Any:
     try:
         return _SHAPES[shape](**fields)
     except TypeError:
-        required = [name for name in known if name not in ("angle", "friction", "mass", "height")]
+        required = [
+            one.name for one in dataclasses.fields(_SHAPES[shape]) if one.init and one.default is dataclasses.MISSING
+        ]
         raise ConfigError(path, repr(obstacle), f"a {shape} with " + ", ".join(required)) from None
     except ConfigError as error:
         raise renamed(error, "obstacle", path) from None
@@ -226,6 +317,11 @@ def _corners(obstacle: Segment | Box | Polygon) -> NDArray[np.float64]:
 def _shifted(points: Sequence[Point], dx: float, dy: float) -> list[Point]:
     dx, dy = _checks.number("dx", dx), _checks.number("dy", dy)
     return [(x + dx, y + dy) for x, y in points]
+
+
+def _shifted3(points: Sequence[Point3], dx: float, dy: float) -> list[Point3]:
+    above = _shifted([(x, y) for x, y, _ in points], dx, dy)
+    return [(x, y, z) for (x, y), (_, _, z) in zip(above, points, strict=True)]
 
 
 def _plain(value: Any) -> Any:

@@ -9,10 +9,13 @@ from snake_env._native import defaults, scenarios
 MAX_EPISODE_STEPS: int = defaults("environment")["max_episode_steps"]
 
 SCENARIOS: list[dict[str, str]] = scenarios()
-"""The families of scenes: "name", "id", "description" and "goal", as the core registers them."""
+"""The families of scenes: "name", "id", "model", "description" and "goal", as the core registers them."""
 
 TASKS: dict[str, dict[str, str]] = {
-    **{row["id"]: {"task": row["name"]} for row in SCENARIOS},
+    **{
+        row["id"]: {"task": row["name"]} | ({"model": row["model"]} if row["model"] != "planar" else {})
+        for row in SCENARIOS
+    },
     "SnakeSpatial-v1": {"model": "spatial", "task": "free"},
 }
 """Keywords that make each environment what it is."""

@@ -36,6 +36,7 @@ FILMS = {
     "SnakeMaze-v1": Film("general", 0, {"difficulty": 1.0}),
     "SnakeCorridor-v1": Film("general", 0, {"difficulty": 1.0}),
     "SnakeCommand-v1": Film("heading control", 0, {}),
+    "SnakeTerrain-v1": Film("action zero", 0, {}),
     "SnakeSpatial-v1": Film("action zero", 0, {}),
 }
 """By id; ``make pictures`` draws them."""
@@ -48,6 +49,7 @@ KEYWORDS = {
     "maze": ("difficulty", "turn", "push_points", "goal_distance", "goal_radius"),
     "corridor": ("difficulty", "turn", "goal_distance", "goal_radius"),
     "command": ("difficulty", "turn", "speed"),
+    "terrain": ("difficulty", "terrain", "goal_distance", "corridor_half_width"),
 }
 """Keywords that shape a task, by its name; all others are those of every environment."""
 
@@ -93,7 +95,7 @@ def _caption(env_id: str) -> str:
 
 
 def _pegs(env_id: str) -> bool:
-    return TASKS[env_id]["task"] not in ("free", "command")
+    return TASKS[env_id]["task"] not in ("free", "command", "terrain")
 
 
 def _facts(env_id: str, layout: dict[str, Any]) -> str:

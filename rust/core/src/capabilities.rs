@@ -71,6 +71,7 @@ pub enum Feature {
     Walls,
     ObstacleFriction,
     ObstacleHeight,
+    Bodies,
     StribeckEffect,
     Skin,
     Backlash,
@@ -103,7 +104,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 21] = {
+pub const CAPABILITIES: [Capability; 22] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -113,6 +114,7 @@ pub const CAPABILITIES: [Capability; 21] = {
         row(Feature::Walls, "contact with segments, boxes and polygons", "circles only", [Implicit, Implicit, Never]),
         row(Feature::ObstacleFriction, "friction at obstacles", "0", [Implicit, Implicit, Never]),
         row(Feature::ObstacleHeight, "obstacles of finite height", "None", [Never, Implicit, Never]),
+        row(Feature::Bodies, "height fields, polyhedra and cylinders", "vertical bodies", [Never, Implicit, Never]),
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
         row(Feature::Skin, "friction that differs forward and backward", "None", [Implicit, Implicit, Never]),
         row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Implicit, Never]),
@@ -242,6 +244,8 @@ pub fn require_supported_obstacle(
 ) -> Result<(), ConfigError> {
     let Obstacle { friction, height, .. } = *obstacle;
     Feature::ObstacleFriction.require(on, friction > 0.0, &format!("{field}.friction"), friction)?;
+    let is_body = obstacle.shape.is_body();
+    Feature::Bodies.require(on, is_body, field, "no vertical body")?;
     let value = height.unwrap_or(f64::INFINITY);
     Feature::ObstacleHeight.require(on, height.is_some(), &format!("{field}.height"), value)
 }

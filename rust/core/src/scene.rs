@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, non_negative, positive};
+use crate::error::{ConfigError, non_negative, positive, require};
 use crate::laws::{Skin, Stribeck};
 use crate::obstacles::Obstacle;
 use crate::slope::Slope;
@@ -95,6 +95,11 @@ impl Scene {
         non_negative("friction[1]", config.friction[1])?;
         let friction_backward = config.friction_backward;
         friction_backward.map_or(Ok(0.0), |backward| non_negative("friction_backward", backward))?;
+        if let Some(backward) = friction_backward.filter(|&backward| backward != config.friction[0]) {
+            let has_slopes = config.obstacles.iter().any(|obstacle| obstacle.shape.has_friction_of_ground());
+            let expected = "None with a height field that has the friction of the ground";
+            require(!has_slopes, "friction_backward", backward, expected)?;
+        }
         let rolling_friction = non_negative("rolling_friction", config.rolling_friction)?;
         let (friction, stribeck, slope) = (config.friction, config.stribeck, config.slope);
         slope.validate()?;

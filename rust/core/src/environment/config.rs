@@ -94,6 +94,22 @@ pub enum FieldKind {
     Poisson,
 }
 
+/// Kind of uneven ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TerrainKind {
+    /// One of the others, drawn again each episode with equal chances.
+    Mixed,
+    /// Waves of all directions.
+    Rough,
+    /// Squares of different heights.
+    Blocks,
+    /// Steps up and down.
+    Stairs,
+    /// Slopes up and down.
+    Ramps,
+}
+
 /// An environment's configuration; the keys are the keyword arguments of the Python class.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -123,6 +139,8 @@ pub struct EnvConfig {
     pub difficulty: f64,
     /// Kind of random field.
     pub field: FieldKind,
+    /// Kind of uneven ground.
+    pub terrain: TerrainKind,
     /// Random fields and mazes are drawn again until every body length of the way has so many push-points; 0: as they
     /// come.
     #[serde(deserialize_with = "integer_in::<_, 0, MOST_PUSH_POINTS>")]
@@ -205,6 +223,7 @@ impl Default for EnvConfig {
             speed: [0.05, 0.2],
             difficulty: 0.5,
             field: FieldKind::Mixed,
+            terrain: TerrainKind::Mixed,
             push_points: 0,
             perturbation: Perturbation::default(),
             randomization: Randomization::default(),

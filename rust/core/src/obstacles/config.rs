@@ -1,6 +1,7 @@
 //! Obstacles as users write them.
 
 use std::fmt;
+use std::sync::Arc;
 
 use nalgebra::{Rotation2, Vector2};
 use serde::de::value::MapAccessDeserializer;
@@ -9,7 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::{ConfigError, coordinate, length, non_negative, require};
 
-use super::{ConvexPolygon, outline};
+use super::{Body, ConvexPolygon, Cylinder, GroundFriction, HeightField, Polyhedron, outline};
 
 /// A circular obstacle; configured as the triple `[radius, x, y]` of the thesis's tables.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -34,7 +35,7 @@ impl From<Peg> for [f64; 3] {
     }
 }
 
-/// Outline of an obstacle, seen from above.
+/// Shape of an obstacle: the outline of a vertical body, seen from above, or another body of the spatial model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Shape {
     Circle(Peg),
@@ -54,6 +55,32 @@ pub enum Shape {
     Polygon {
         vertices: Vec<[f64; 2]>,
     },
+    /// Uneven ground.
+    HeightField(Arc<Heights>),
+    /// The convex hull of some points \[m\].
+    Polyhedron {
+        vertices: Vec<[f64; 3]>,
+    },
+    /// A pole, or a pipe, between the centres of its ends \[m\].
+    Cylinder {
+        start: [f64; 3],
+        end: [f64; 3],
+        radius: f64,
+        /// Whether it is a pipe, which links touch inside too.
+        inside: bool,
+    },
+}
+
+/// Heights on a grid.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Heights {
+    /// Rows along x, of heights along y \[m\].
+    pub height: Vec<Vec<f64>>,
+    /// Between neighbours along either axis \[m\].
+    pub spacing: f64,
+    /// Where the first height is \[m\].
+    pub origin: [f64; 2],
+    pub friction: GroundFriction,
 }
 
 /// An obstacle; a circle without friction is configured as the triple of its [`Peg`].
@@ -113,14 +140,14 @@ impl Obstacle {
         Self { shape, friction: 0.0, mass: None, height: None }
     }
 
-    /// Whether it has another outline than a circle.
+    /// Whether it is a vertical body of another outline than a circle.
     pub fn is_wall(&self) -> bool {
-        !matches!(self.shape, Shape::Circle(_))
+        matches!(self.shape, Shape::Segment { .. } | Shape::Box { .. } | Shape::Polygon { .. })
     }
 
     /// Whether it is a circle without friction and without end, like the obstacles of the thesis.
     pub fn is_plain_peg(&self) -> bool {
-        !self.is_wall() && self.friction == 0.0 && self.mass.is_none() && self.height.is_none()
+        matches!(self.shape, Shape::Circle(_)) && self.friction == 0.0 && self.mass.is_none() && self.height.is_none()
     }
 
     /// # Errors
@@ -138,6 +165,16 @@ impl Obstacle {
 }
 
 impl Shape {
+    /// Whether it is no vertical body.
+    pub fn is_body(&self) -> bool {
+        matches!(self, Shape::HeightField(_) | Shape::Polyhedron { .. } | Shape::Cylinder { .. })
+    }
+
+    /// Whether it is uneven ground with the friction of the ground around it.
+    pub fn has_friction_of_ground(&self) -> bool {
+        matches!(self, Shape::HeightField(heights) if heights.friction == GroundFriction::OfGround)
+    }
+
     fn validate(&self) -> Result<(), ConfigError> {
         match self {
             Shape::Circle(Peg { radius, x, y }) => {
@@ -159,14 +196,32 @@ impl Shape {
                 coordinate("angle", *angle)?;
             }
             Shape::Polygon { vertices } => validate_outline(vertices)?,
+            Shape::HeightField(_) | Shape::Polyhedron { .. } | Shape::Cylinder { .. } => {
+                self.body()?;
+            }
         }
         Ok(())
     }
 
-    /// The outline of whatever is not a circle.
+    /// What is no vertical body.
+    ///
+    /// # Errors
+    /// Names the field that is not admissible.
+    pub fn body(&self) -> Result<Option<Body>, ConfigError> {
+        Ok(Some(match self {
+            Shape::HeightField(heights) => Body::HeightField(Arc::new(HeightField::new(heights)?)),
+            Shape::Polyhedron { vertices } => Body::Polyhedron(Arc::new(Polyhedron::hull_of(vertices)?)),
+            Shape::Cylinder { start, end, radius, inside } => {
+                Body::Cylinder(Cylinder::new(*start, *end, *radius, *inside)?)
+            }
+            _ => return Ok(None),
+        }))
+    }
+
+    /// The outline of a wall.
     pub fn polygon(&self) -> Option<ConvexPolygon> {
         match self {
-            Shape::Circle(_) => None,
+            Shape::Circle(_) | Shape::HeightField(_) | Shape::Polyhedron { .. } | Shape::Cylinder { .. } => None,
             Shape::Segment { start, end } => Some(ConvexPolygon::new([*start, *end].map(Vector2::from).to_vec())),
             Shape::Box { size: [length, width], x, y, angle } => {
                 let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -210,9 +265,9 @@ struct ObstacleFields {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     radius: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    start: Option<[f64; 2]>,
+    start: Option<Vec<f64>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    end: Option<[f64; 2]>,
+    end: Option<Vec<f64>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     size: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -222,13 +277,27 @@ struct ObstacleFields {
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "number")]
     angle: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    vertices: Option<Vec<[f64; 2]>>,
-    #[serde(default)]
-    friction: f64,
+    vertices: Option<Vec<Vec<f64>>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    spacing: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    origin: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    inside: Option<bool>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    friction: Option<NumberOrGrid>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     mass: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    height: Option<f64>,
+    height: Option<NumberOrGrid>,
+}
+
+/// What is one number for most obstacles, and a grid of them for a height field.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "a number or an array of rows of numbers")]
+enum NumberOrGrid {
+    Number(f64),
+    Grid(Vec<Vec<f64>>),
 }
 
 /// None is no number, although it may be left out.
@@ -237,18 +306,36 @@ fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::
 }
 
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 enum ShapeName {
     #[default]
     Circle,
     Segment,
     Box,
     Polygon,
+    HeightField,
+    Polyhedron,
+    Cylinder,
+}
+
+impl ShapeName {
+    /// In messages, with its fields: those it needs, and those that may be left out.
+    fn fields(self) -> (&'static str, &'static [&'static str], &'static [&'static str]) {
+        match self {
+            ShapeName::Circle => ("circle", &["radius", "x", "y"], &[]),
+            ShapeName::Segment => ("segment", &["start", "end"], &[]),
+            ShapeName::Box => ("box", &["size", "x", "y"], &["angle"]),
+            ShapeName::Polygon => ("polygon", &["vertices"], &[]),
+            ShapeName::HeightField => ("height_field", &["spacing"], &["origin"]),
+            ShapeName::Polyhedron => ("polyhedron", &["vertices"], &[]),
+            ShapeName::Cylinder => ("cylinder", &["start", "end", "radius"], &["inside"]),
+        }
+    }
 }
 
 impl ObstacleFields {
-    /// Field by name, whether it has a value, and the shapes that take it.
-    fn given(&self) -> [(&'static str, bool); 8] {
+    /// Field by name, and whether it has a value.
+    fn given(&self) -> [(&'static str, bool); 11] {
         [
             ("radius", self.radius.is_some()),
             ("start", self.start.is_some()),
@@ -258,48 +345,79 @@ impl ObstacleFields {
             ("y", self.y.is_some()),
             ("angle", self.angle.is_some()),
             ("vertices", self.vertices.is_some()),
+            ("spacing", self.spacing.is_some()),
+            ("origin", self.origin.is_some()),
+            ("inside", self.inside.is_some()),
         ]
     }
 
     /// The obstacle; the error is about fields that are missing or do not belong to the shape.
     fn obstacle(self) -> Result<Obstacle, String> {
-        let (name, fields): (_, &[&str]) = match self.shape {
-            ShapeName::Circle => ("circle", &["radius", "x", "y"]),
-            ShapeName::Segment => ("segment", &["start", "end"]),
-            ShapeName::Box => ("box", &["size", "x", "y", "angle"]),
-            ShapeName::Polygon => ("polygon", &["vertices"]),
-        };
-        let optional = "angle";
-        let fits = |(field, has): (&str, bool)| {
-            if has { fields.contains(&field) } else { !fields.contains(&field) || field == optional }
-        };
-        let expected = || format!("a {name} with {}, its friction and height", fields.join(", "));
-        if !self.given().into_iter().all(fits) {
-            return Err(expected());
-        }
-        let Self { shape, radius, start, end, size, x, y, angle, vertices, friction, mass, height } = self;
-        let shape = match shape {
-            ShapeName::Circle => radius.zip(x).zip(y).map(|((radius, x), y)| Shape::Circle(Peg { radius, x, y })),
-            ShapeName::Segment => start.zip(end).map(|(start, end)| Shape::Segment { start, end }),
-            ShapeName::Box => {
-                size.zip(x).zip(y).map(|((size, x), y)| Shape::Box { size, x, y, angle: angle.unwrap_or(0.0) })
-            }
-            ShapeName::Polygon => vertices.map(|vertices| Shape::Polygon { vertices }),
-        };
-        shape.map(|shape| Obstacle { shape, friction, mass, height }).ok_or_else(expected)
+        let (name, needed, optional) = self.shape.fields();
+        let fits = |(field, has): (&str, bool)| needed.contains(&field) == has || (has && optional.contains(&field));
+        let expected = || format!("a {name} with {}, its friction and height", [needed, optional].concat().join(", "));
+        let is_complete = self.given().into_iter().all(fits);
+        self.checked().filter(|_| is_complete).ok_or_else(expected)
     }
+
+    /// None where a field is missing, or has another form than the shape takes.
+    fn checked(self) -> Option<Obstacle> {
+        let Self { radius, start, end, x, y, vertices, friction, mass, height, .. } = self;
+        let shape = match self.shape {
+            ShapeName::HeightField => {
+                let Some(NumberOrGrid::Grid(height)) = height else { return None };
+                let friction = match friction {
+                    None => GroundFriction::OfGround,
+                    Some(NumberOrGrid::Number(coefficient)) => GroundFriction::Coefficient(coefficient),
+                    Some(NumberOrGrid::Grid(cells)) => GroundFriction::Cells(cells),
+                };
+                let (spacing, origin) = (self.spacing?, self.origin.unwrap_or_default());
+                let heights = Heights { height, spacing, origin, friction };
+                return Some(Obstacle { mass, ..Obstacle::endless(Shape::HeightField(Arc::new(heights))) });
+            }
+            ShapeName::Circle => Shape::Circle(Peg { radius: radius?, x: x?, y: y? }),
+            ShapeName::Segment => Shape::Segment { start: array(&start?)?, end: array(&end?)? },
+            ShapeName::Box => Shape::Box { size: self.size?, x: x?, y: y?, angle: self.angle.unwrap_or(0.0) },
+            ShapeName::Polygon => Shape::Polygon { vertices: arrays(&vertices?)? },
+            ShapeName::Polyhedron => Shape::Polyhedron { vertices: arrays(&vertices?)? },
+            ShapeName::Cylinder => Shape::Cylinder {
+                start: array(&start?)?,
+                end: array(&end?)?,
+                radius: radius?,
+                inside: self.inside.unwrap_or(false),
+            },
+        };
+        let number = |value: Option<NumberOrGrid>| match value {
+            None => Some(None),
+            Some(NumberOrGrid::Number(number)) => Some(Some(number)),
+            Some(NumberOrGrid::Grid(_)) => None,
+        };
+        let (friction, height) = (number(friction)?.unwrap_or(0.0), number(height)?);
+        let is_vertical = !matches!(shape, Shape::Polyhedron { .. } | Shape::Cylinder { .. });
+        (is_vertical || height.is_none()).then_some(Obstacle { shape, friction, mass, height })
+    }
+}
+
+/// A point of as many coordinates as the shape has dimensions.
+fn array<const N: usize>(point: &[f64]) -> Option<[f64; N]> {
+    point.try_into().ok()
+}
+
+fn arrays<const N: usize>(points: &[Vec<f64>]) -> Option<Vec<[f64; N]>> {
+    points.iter().map(|point| array(point)).collect()
 }
 
 impl From<&Obstacle> for ObstacleFields {
     fn from(obstacle: &Obstacle) -> Self {
         let Obstacle { friction, mass, height, .. } = *obstacle;
-        let common = Self { friction, mass, height, ..Self::default() };
+        let number = |value: f64| Some(NumberOrGrid::Number(value));
+        let common = Self { friction: number(friction), mass, height: height.and_then(number), ..Self::default() };
         match &obstacle.shape {
             Shape::Circle(Peg { radius, x, y }) => {
                 Self { shape: ShapeName::Circle, radius: Some(*radius), x: Some(*x), y: Some(*y), ..common }
             }
             Shape::Segment { start, end } => {
-                Self { shape: ShapeName::Segment, start: Some(*start), end: Some(*end), ..common }
+                Self { shape: ShapeName::Segment, start: Some(start.to_vec()), end: Some(end.to_vec()), ..common }
             }
             Shape::Box { size, x, y, angle } => Self {
                 shape: ShapeName::Box,
@@ -309,11 +427,40 @@ impl From<&Obstacle> for ObstacleFields {
                 angle: Some(*angle),
                 ..common
             },
-            Shape::Polygon { vertices } => {
-                Self { shape: ShapeName::Polygon, vertices: Some(vertices.clone()), ..common }
+            Shape::Polygon { vertices } => Self { shape: ShapeName::Polygon, vertices: Some(rows(vertices)), ..common },
+            Shape::Polyhedron { vertices } => {
+                Self { shape: ShapeName::Polyhedron, vertices: Some(rows(vertices)), ..common }
+            }
+            Shape::Cylinder { start, end, radius, inside } => Self {
+                shape: ShapeName::Cylinder,
+                start: Some(start.to_vec()),
+                end: Some(end.to_vec()),
+                radius: Some(*radius),
+                inside: Some(*inside),
+                ..common
+            },
+            Shape::HeightField(heights) => {
+                let Heights { height, spacing, origin, friction } = &**heights;
+                let friction = match friction {
+                    GroundFriction::OfGround => None,
+                    GroundFriction::Coefficient(coefficient) => number(*coefficient),
+                    GroundFriction::Cells(cells) => Some(NumberOrGrid::Grid(cells.clone())),
+                };
+                Self {
+                    shape: ShapeName::HeightField,
+                    spacing: Some(*spacing),
+                    origin: Some(*origin),
+                    friction,
+                    height: Some(NumberOrGrid::Grid(height.clone())),
+                    ..common
+                }
             }
         }
     }
+}
+
+fn rows<const N: usize>(points: &[[f64; N]]) -> Vec<Vec<f64>> {
+    points.iter().map(|point| point.to_vec()).collect()
 }
 
 impl Serialize for Obstacle {

@@ -2,12 +2,12 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{ConvexPolygon, Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
+use super::{Body, ConvexPolygon, HeightField, Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
 use crate::error::FARTHEST;
 
 /// Pegs sorted into square cells, and walls beside them; replacing the pegs re-uses memory.
 ///
-/// Obstacles are numbered: first the pegs, then the walls.
+/// Obstacles are numbered: first the pegs, then the walls, then all other bodies.
 #[derive(Debug, Clone, Default)]
 pub struct ObstacleGrid {
     pegs: Vec<Peg>,
@@ -20,11 +20,12 @@ pub struct ObstacleGrid {
     order: Vec<u32>,
     largest_radius: f64,
     walls: WallGrid,
+    bodies: Vec<(Rectangle, Body)>,
     /// Coulomb coefficients of the obstacles; empty where all are without friction.
     friction: Vec<f64>,
     /// Heights of the obstacles, infinite without end \[m\]; empty where all are without end.
     height: Vec<f64>,
-    /// Around all that have a top face.
+    /// Around all that have a top face, and all fields.
     tops: Rectangle,
     /// Index of each obstacle in the scene; empty where all are pegs.
     index_in_scene: Vec<usize>,
@@ -41,26 +42,37 @@ impl ObstacleGrid {
 
     /// Of all obstacles of a scene, which are valid.
     pub fn of(obstacles: &[Obstacle]) -> Self {
-        let (circles, others): (Vec<_>, Vec<_>) =
-            obstacles.iter().enumerate().partition(|(_, obstacle)| matches!(obstacle.shape, Shape::Circle(_)));
+        let of_kind = |is_one: fn(&Obstacle) -> bool| {
+            obstacles.iter().enumerate().filter(move |(_, obstacle)| is_one(obstacle)).collect::<Vec<_>>()
+        };
+        let circles = of_kind(|obstacle| matches!(obstacle.shape, Shape::Circle(_)));
+        let walls = of_kind(Obstacle::is_wall);
+        let bodies = of_kind(|obstacle| obstacle.shape.is_body());
         let peg = |(_, obstacle): &(usize, &Obstacle)| match obstacle.shape {
             Shape::Circle(peg) => Some(peg),
             _ => None,
         };
         let mut grid = Self::new(&circles.iter().filter_map(peg).collect::<Vec<_>>());
-        grid.walls = WallGrid::new(others.iter().filter_map(|(_, obstacle)| obstacle.shape.polygon()));
-        let numbered = || circles.iter().chain(&others);
+        grid.walls = WallGrid::new(walls.iter().filter_map(|(_, obstacle)| obstacle.shape.polygon()));
+        let body = |(_, obstacle): &(usize, &Obstacle)| obstacle.shape.body().expect("a valid obstacle");
+        grid.bodies = bodies.iter().filter_map(body).map(|body| (body.rectangle(), body)).collect();
+        let numbered = || circles.iter().chain(&walls).chain(&bodies);
         if numbered().any(|(_, obstacle)| obstacle.friction > 0.0) {
             grid.friction = numbered().map(|(_, obstacle)| obstacle.friction).collect();
         }
         if numbered().any(|(_, obstacle)| obstacle.height.is_some()) {
             grid.height = numbered().map(|(_, obstacle)| obstacle.height.unwrap_or(f64::INFINITY)).collect();
         }
-        grid.tops = Rectangle::around((0..grid.len()).filter_map(|obstacle| grid.solid(obstacle)).flat_map(|solid| {
-            let Rectangle { low, high } = solid.outline.rectangle();
-            [low, high]
-        }));
-        if !others.is_empty() {
+        grid.tops = Rectangle::around(
+            (0..grid.len())
+                .filter_map(|obstacle| grid.solid(obstacle))
+                .flat_map(|solid| {
+                    let Rectangle { low, high } = solid.outline.rectangle();
+                    [low, high]
+                })
+                .chain(grid.fields().flat_map(|(rectangle, _)| [rectangle.low, rectangle.high])),
+        );
+        if circles.len() < obstacles.len() {
             grid.index_in_scene = numbered().map(|(index, _)| *index).collect();
         }
         if !obstacles.iter().all(Obstacle::is_plain_peg) {
@@ -89,7 +101,26 @@ impl ObstacleGrid {
 
     /// Number of obstacles.
     pub fn len(&self) -> usize {
+        self.bodies_from() + self.bodies.len()
+    }
+
+    /// The number of the first body.
+    fn bodies_from(&self) -> usize {
         self.pegs.len() + self.walls.walls().len()
+    }
+
+    /// An obstacle that is no vertical body.
+    pub fn body(&self, obstacle: usize) -> Option<&Body> {
+        self.bodies.get(obstacle.checked_sub(self.bodies_from())?).map(|(_, body)| body)
+    }
+
+    /// Whether there are any.
+    pub fn has_bodies(&self) -> bool {
+        !self.bodies.is_empty()
+    }
+
+    fn fields(&self) -> impl Iterator<Item = (&Rectangle, &HeightField)> {
+        self.bodies.iter().filter_map(|(rectangle, body)| Some((rectangle, body.height_field()?)))
     }
 
     pub fn is_empty(&self) -> bool {
@@ -111,7 +142,13 @@ impl ObstacleGrid {
         self.friction.get(obstacle).copied().unwrap_or(0.0)
     }
 
-    /// Whether some obstacle with a top face may lie within `distance` of a point, seen from above.
+    /// The same at a feature; none where links have the friction of the ground.
+    pub fn coefficient(&self, obstacle: usize, feature: usize) -> Option<f64> {
+        let of_obstacle = self.friction(obstacle);
+        self.body(obstacle).map_or(Some(of_obstacle), |body| body.coefficient(feature, of_obstacle))
+    }
+
+    /// Whether some obstacle with a top face, or a field, may lie within `distance` of a point, seen from above.
     pub fn may_have_top(&self, point: &Vector2<f64>, distance: f64) -> bool {
         self.tops.distance(point) <= distance
     }
@@ -124,11 +161,21 @@ impl ObstacleGrid {
     /// An obstacle of finite height as a body; none without end.
     pub fn solid(&self, obstacle: usize) -> Option<Solid<'_>> {
         let height = self.top(obstacle);
+        if height == f64::INFINITY {
+            return None;
+        }
         let outline = match self.pegs.get(obstacle) {
             Some(peg) => Outline::Circle(peg),
             None => Outline::Polygon(self.polygon(obstacle)),
         };
-        (height < f64::INFINITY).then_some(Solid { outline, height })
+        Some(Solid { outline, height })
+    }
+
+    /// Whether a top face or a field may lie within `distance` of a point, seen from above.
+    pub fn has_top_near(&self, point: &Vector2<f64>, distance: f64) -> bool {
+        let mut has_top = self.fields().any(|(rectangle, _)| rectangle.distance(point) <= distance);
+        self.visit_solids(point, distance, |_, _| has_top = true);
+        has_top
     }
 
     /// Calls `visit` with every obstacle of finite height that may lie within `distance` of a point, seen from above.
@@ -144,17 +191,42 @@ impl ObstacleGrid {
     pub fn visit_obstacles(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(usize)) {
         self.near(point.x, point.y, distance).for_each(&mut visit);
         self.walls.near(*point, distance).for_each(|wall| visit(self.pegs.len() + wall));
+        for (number, (rectangle, _)) in self.bodies.iter().enumerate() {
+            if rectangle.distance(point) <= distance {
+                visit(self.bodies_from() + number);
+            }
+        }
     }
 
-    /// The obstacle with the highest top face below a point, and its height \[m\]; none above the ground.
+    /// The obstacle with the highest top face below a point, and its height \[m\]; none above the ground. Over a field that
+    /// carries links otherwise than the ground does, infinitely low.
     pub fn support(&self, point: &Vector3<f64>) -> Option<(usize, f64)> {
-        let mut highest = None;
+        let mut highest = self.field_below(&point.xy());
         self.visit_solids(&point.xy(), 0.0, |obstacle, solid| {
             if solid.carries(point) && highest.is_none_or(|(_, height)| height < solid.height) {
                 highest = Some((obstacle, solid.height));
             }
         });
         highest
+    }
+
+    /// The first field at a point, and what [`HeightField::ground_below`] says of it.
+    fn field_below(&self, point: &Vector2<f64>) -> Option<(usize, f64)> {
+        let fields = self.bodies.iter().enumerate();
+        let below = |(number, (_, body)): (usize, &(_, Body))| {
+            Some((self.bodies_from() + number, body.height_field()?.ground_below(point)?))
+        };
+        fields.filter_map(below).next()
+    }
+
+    /// Height at which the ground's own law holds on a field, see [`HeightField::ground_below`]; none beside fields \[m\].
+    pub fn field_ground(&self, point: &Vector2<f64>) -> Option<f64> {
+        self.field_below(point).map(|(_, height)| height)
+    }
+
+    /// Height of the ground at a point: of the first field there, or else of the plane \[m\].
+    pub fn ground_height(&self, point: &Vector2<f64>) -> f64 {
+        self.fields().find_map(|(_, field)| field.height_at(point)).unwrap_or(0.0)
     }
 
     /// Index of an obstacle in the scene.
@@ -170,6 +242,7 @@ impl ObstacleGrid {
     pub fn rebuild(&mut self, pegs: &[Peg]) {
         if self.len() > self.pegs.len() {
             self.walls = WallGrid::default();
+            self.bodies.clear();
         }
         self.friction.clear();
         self.height.clear();
@@ -196,7 +269,10 @@ impl ObstacleGrid {
 
     /// Whether all pegs are farther than `distance` from `(x, y)`, and the rectangles around all walls.
     pub fn is_clear(&self, x: f64, y: f64, distance: f64) -> bool {
-        self.near(x, y, distance).next().is_none() && self.walls.near(Vector2::new(x, y), distance).next().is_none()
+        let point = Vector2::new(x, y);
+        self.near(x, y, distance).next().is_none()
+            && self.walls.near(point, distance).next().is_none()
+            && self.bodies.iter().all(|(rectangle, _)| rectangle.distance(&point) > distance)
     }
 
     /// The pegs whose rim lies within `distance` of `(x, y)`, by number.

@@ -10,7 +10,7 @@ impl ObstacleGrid {
     pub fn cast_rays(&self, origin: &Vector2<f64>, height: f64, rays: &[Vector2<f64>], distances: &mut [f64]) {
         let farthest = distances.iter().copied().fold(0.0, f64::max);
         self.visit_obstacles(origin, farthest, |obstacle| {
-            if self.top(obstacle) < height {
+            if self.top(obstacle) < height || self.body(obstacle).is_some() {
                 return;
             }
             let peg = self.pegs().get(obstacle);

@@ -90,10 +90,13 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
         let Body { state, obstacles, .. } = &self.body;
         let mut smallest = f64::INFINITY;
         for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
-            for end in End::BOTH {
-                smallest = smallest.min(ground_gap(link, pose, end));
-            }
             let at = LinkAxis::of(pose);
+            for end in End::BOTH {
+                let centre = at.position + at.axis * end.along(link);
+                // Infinitely low where faces of a field carry the robot otherwise than the ground does.
+                let ground = obstacles.field_ground(&centre.xy()).unwrap_or(0.0);
+                smallest = smallest.min(ground_gap(link, pose, end) - ground);
+            }
             obstacles.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
                 smallest = smallest.min(obstacle_gap(link, &at, obstacles, obstacle));
             });

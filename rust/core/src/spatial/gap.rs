@@ -24,9 +24,13 @@ pub fn nearest_point(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, 
     (from_peg + shadow * along, along)
 }
 
-/// Gap between a link at `at` and an obstacle of the scene, a vertical body with or without end \[m\].
+/// Gap between a link at `at` and an obstacle of the scene \[m\]; infinite where a body that is not vertical is out of
+/// touch.
 pub fn obstacle_gap(link: &Link, at: &LinkAxis, obstacles: &ObstacleGrid, obstacle: usize) -> f64 {
     let LinkAxis { position, axis } = at;
+    if let Some(body) = obstacles.body(obstacle) {
+        return body.distance(&solid_line(link, at), link.radius) - link.radius;
+    }
     if let Some(solid) = obstacles.solid(obstacle) {
         return solid.distance(&solid_line(link, at)) - link.radius;
     }

@@ -13,7 +13,8 @@ use crate::stepping::{ContactImpulse, FoundRow, FoundRows};
 use super::stage::CONTACTS_PER_LINK;
 use super::workspace::{StageKinematics, Workspace};
 use super::{
-    LinkAxis, Stage, StageContact, StageObstacleFriction, StageSolution, Wrench, centre_line, nearest_point, solid_line,
+    LinkAxis, Stage, StageContact, StageObstacleFriction, StageSolution, Twist, Wrench, centre_line, nearest_point,
+    solid_line,
 };
 
 /// The contacts of the current stage with obstacles, of all lanes.
@@ -33,7 +34,7 @@ pub(super) struct LinkInStage<'a> {
     pub elapsed: f64,
 }
 
-/// One of the features that describe a link and an obstacle of the scene.
+/// One of the features that describe a link and a vertical obstacle of the scene.
 #[derive(Clone, Copy)]
 struct Feature<'a> {
     obstacles: &'a ObstacleGrid,
@@ -67,14 +68,20 @@ impl ObstacleContacts {
         &mut self,
         (lane, index, link): (usize, usize, &LinkInStage),
         (obstacles, obstacle): (&ObstacleGrid, usize),
-        known: &ContactMemory,
+        (known, of_ground): (&ContactMemory, &Vector2<f64>),
     ) {
         link.visit(index, obstacles, obstacle, |feature, row, surface| {
-            let coefficient = obstacles.friction(obstacle);
-            if coefficient > 0.0 {
-                let friction = StageObstacleFriction::new(&row.direction.linear, &surface, coefficient);
-                self.frictional.push((self.rows.all().len(), friction));
-            }
+            let normal = &row.direction.linear;
+            let friction = match obstacles.coefficient(obstacle, feature) {
+                Some(coefficient) if coefficient > 0.0 => {
+                    Some(StageObstacleFriction::new(normal, &surface, coefficient))
+                }
+                None if of_ground.max() > 0.0 => {
+                    Some(StageObstacleFriction::along(&link.at.end.axis, normal, &surface, of_ground))
+                }
+                _ => None,
+            };
+            self.frictional.extend(friction.map(|friction| (self.rows.all().len(), friction)));
             let id = ContactId { link: index, with: Source::Obstacle(obstacle), feature };
             self.rows.add(lane, id, 0, known.of(id), row);
         });
@@ -93,7 +100,7 @@ impl ObstacleContacts {
         for (index, friction) in &self.frictional {
             let FoundRow { lane, slot, known, .. } = self.rows.all()[*index];
             let c = stage.coefficient.lane(lane);
-            let impulse = Vector2::from(friction.tangents.map(|tangent| c * tangent.linear.dot(&known.friction)));
+            let impulse = friction.impulse_of(&(known.friction * c));
             solution.obstacle_friction[slot].set_lane(lane, &impulse);
             stage.obstacle_friction[slot].set_lane(lane, friction);
         }
@@ -125,6 +132,7 @@ impl<T: Real> Workspace<T> {
     pub(super) fn find_obstacle_contacts(&mut self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) {
         let Self { contacts, known, motion, stage, .. } = self;
         let [coefficient, elapsed] = [stage.coefficient, motion.elapsed].map(|time| time.lane(lane));
+        let of_ground = stage.friction.sliding.map(|coefficient| coefficient.lane(lane));
         for (i, link) in links.iter().enumerate() {
             let [start, end] = [&motion.start_frames[i], &motion.frames[i]].map(|frame| frame.position.lane(lane));
             // All else about the link is gathered only where an obstacle is near.
@@ -135,7 +143,7 @@ impl<T: Real> Workspace<T> {
                     coefficient,
                     elapsed,
                 });
-                contacts.find((lane, i, link), (obstacles, obstacle), &known[lane]);
+                contacts.find((lane, i, link), (obstacles, obstacle), (&known[lane], &of_ground));
             });
         }
     }
@@ -193,6 +201,18 @@ impl LinkInStage<'_> {
                     });
                 });
             }
+            return;
+        }
+        if let Some(body) = obstacles.body(obstacle) {
+            let [start, end] = [&self.at.start, &self.at.end].map(|at| solid_line(self.at.link, at));
+            let Twist { linear, angular } = &self.at.expected;
+            let travelled = self.coefficient * (linear.norm() + angular.norm() * self.at.link.contact_half_length);
+            let reach = self.at.link.radius + FAR + travelled;
+            body.visit_contacts(&end, reach, |feature, at_end| {
+                look(feature, self.solid_plane(&self.at.end, &at_end), self.at.link.radius, &|| {
+                    self.solid_plane(&self.at.start, &body.contact_at(&start, reach, feature))
+                });
+            });
             return;
         }
         let touching = touching_distance(self.at.link, obstacles, obstacle);

@@ -38,6 +38,9 @@ impl<T: Real> Workspace<T> {
                 sinking = sinking.max(self.self_contacts.sinking(links, start, end, lane));
             }
             self.result.sinking[lane] = sinking;
+            if self.supports.iter().any(|support| support.lane == lane) {
+                self.measure_sinking_into_supports(lane);
+            }
         }
     }
 }

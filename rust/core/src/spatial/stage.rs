@@ -104,6 +104,28 @@ impl StageObstacleFriction {
         let tangent = |linear: Vector3<f64>| Wrench { linear, angular: arm.cross(&linear) };
         Self { tangents: [tangent(along), tangent(normal.cross(&along))], coefficient }
     }
+
+    /// The same with the ground's coefficients along a link and across it: the ellipse is a disc of scaled tangents.
+    pub fn along(axis: &Vector3<f64>, normal: &Vector3<f64>, arm: &Vector3<f64>, coefficients: &Vector2<f64>) -> Self {
+        let across = normal.cross(axis).try_normalize(PARALLEL);
+        let Some(across) = across else { return Self::new(normal, arm, coefficients.max()) };
+        let coefficient = coefficients.max();
+        let tangent = |direction: Vector3<f64>, own: f64| {
+            let linear = direction * (own / coefficient);
+            Wrench { linear, angular: arm.cross(&linear) }
+        };
+        let tangents = [tangent(across.cross(normal), coefficients.x), tangent(across, coefficients.y)];
+        Self { tangents, coefficient }
+    }
+
+    /// The impulse along the tangents that is an impulse in space.
+    pub fn impulse_of(&self, impulse: &Vector3<f64>) -> Vector2<f64> {
+        let along = |tangent: &Wrench| {
+            let squared = tangent.linear.norm_squared();
+            if squared > 0.0 { tangent.linear.dot(impulse) / squared } else { 0.0 }
+        };
+        Vector2::new(along(&self.tangents[0]), along(&self.tangents[1]))
+    }
 }
 
 /// Coefficients of ground friction.
@@ -329,3 +351,6 @@ const STEEP: f64 = 0.9;
 
 /// Room for obstacles near a link; more are possible.
 pub(in crate::spatial) const CONTACTS_PER_LINK: usize = 4;
+
+/// Sine between a link and a normal below which the link has no direction on the surface.
+const PARALLEL: f64 = 1e-9;

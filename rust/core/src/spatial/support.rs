@@ -3,11 +3,11 @@
 use nalgebra::Vector3;
 
 use crate::math::{Laned, Real};
-use crate::obstacles::{ObstacleGrid, SolidLine};
+use crate::obstacles::ObstacleGrid;
 use crate::robot::{Link, Robot};
 
 use super::workspace::{Workspace, opening};
-use super::{LinkAxis, Pose, rest_on_ground, solid_line};
+use super::{End, LinkAxis, Pose, obstacle_gap, rest_on_ground, solid_line};
 
 /// An end sphere above a top face, which carries it in place of the ground.
 #[derive(Debug, Clone, Copy)]
@@ -17,6 +17,8 @@ pub struct Support {
     /// Front (0) or rear (1).
     pub side: usize,
     pub obstacle: usize,
+    /// \[m\]
+    pub height: f64,
 }
 
 impl<T: Real> Workspace<T> {
@@ -24,10 +26,8 @@ impl<T: Real> Workspace<T> {
     pub(super) fn find_supports(&mut self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) {
         let [c, elapsed] = [self.stage.coefficient, self.motion.elapsed].map(|time| time.lane(lane));
         for (i, link) in links.iter().enumerate() {
-            let mut is_near_top = false;
             let from_above = self.motion.frames[i].position.lane(lane).xy();
-            obstacles.visit_solids(&from_above, link.reach(), |_, _| is_near_top = true);
-            if !is_near_top {
+            if !obstacles.has_top_near(&from_above, link.reach()) {
                 continue;
             }
             let frames = [&self.motion.start_frames[i], &self.motion.frames[i]];
@@ -36,7 +36,8 @@ impl<T: Real> Workspace<T> {
             let (of_stage, expected) = (self.stage.links[i].lane(lane), self.motion.expected[i].lane(lane));
             for side in 0..2 {
                 if let Some((obstacle, height)) = obstacles.support(&sphere(link, &axis_after, side)) {
-                    self.supports.push(Support { lane, link: i, side, obstacle });
+                    let height = height.max(NOWHERE);
+                    self.supports.push(Support { lane, link: i, side, obstacle, height });
                     let closing = expected.velocity_at(&of_stage.ground_arm(side)).z;
                     let still = end.ground_gap(&of_stage, side) - height - c * closing;
                     let below = obstacles.support(&sphere(link, &axis_before, side));
@@ -55,28 +56,43 @@ fn sphere(link: &Link, at: &LinkAxis, side: usize) -> Vector3<f64> {
 }
 
 /// Lifts or lowers the whole chain until its lowest end sphere touches the ground, and lifts it on until it rests on the
-/// obstacles under it that have a top face. One that merely touches such an obstacle from the side stays where it is.
+/// obstacles under it that have a top face or another shape than a vertical one. One that merely touches such an obstacle
+/// from the side stays where it is. A robot above a field is lowered to the lowest ground under it first.
 pub fn rest_on(robot: &Robot, obstacles: &ObstacleGrid, pose: &mut [Pose]) {
     rest_on_ground(robot, pose);
+    let links = || robot.links.iter().zip(&*pose);
+    let heights = links().flat_map(|(link, pose)| {
+        [0, 1].map(|side| obstacles.ground_height(&sphere(link, &LinkAxis::of(pose), side).xy()))
+    });
+    let lowest = heights.fold(0.0, f64::min);
     let is_clear = |lift: f64, depth: f64| {
-        let mut is_clear = true;
-        for (link, pose) in robot.links.iter().zip(&*pose) {
-            let line =
-                SolidLine { middle: pose.position + Vector3::z() * lift, half: pose.axis() * link.contact_half_length };
-            obstacles.visit_solids(&pose.position.xy(), link.reach(), |_, solid| {
-                is_clear &= solid.distance(&line) - link.radius >= -depth;
+        links().all(|(link, pose)| {
+            let at = LinkAxis { position: pose.position + Vector3::z() * lift, axis: pose.axis() };
+            let is_above_ground = End::BOTH.iter().all(|&end| {
+                let centre = at.position + at.axis * end.along(link);
+                let is_carried = obstacles.support(&centre).is_some();
+                is_carried || centre.z - link.radius >= -depth
             });
-        }
-        is_clear
+            let mut is_clear = is_above_ground;
+            obstacles.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
+                if obstacles.solid(obstacle).is_some() || obstacles.body(obstacle).is_some() {
+                    is_clear &= obstacle_gap(link, &at, obstacles, obstacle) >= -depth;
+                }
+            });
+            is_clear
+        })
     };
-    if is_clear(0.0, SLIGHT) {
+    if is_clear(lowest, SLIGHT) {
+        pose.iter_mut().for_each(|pose| pose.position.z += lowest);
         return;
     }
     // Above the obstacle a robot is clear of it at any height.
-    let (mut inside, mut clear) = (0.0, LOWEST_LIFT);
-    while !is_clear(clear, 0.0) {
-        (inside, clear) = (clear, 2.0 * clear);
+    let (mut inside, mut lift) = (lowest, LOWEST_LIFT);
+    while !is_clear(lowest + lift, 0.0) {
+        inside = lowest + lift;
+        lift *= 2.0;
     }
+    let mut clear = lowest + lift;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (inside + clear);
         if is_clear(middle, 0.0) { clear = middle } else { inside = middle }
@@ -92,3 +108,6 @@ const LOWEST_LIFT: f64 = 1e-3;
 
 /// Bisections of the lift: to round-off.
 const HALVINGS: u32 = 52;
+
+/// Height of a ground that no sphere reaches \[m\].
+const NOWHERE: f64 = -1e3;

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod allocation;
+mod body_geometry;
 mod capsule_geometry;
 mod discrepancy_laws;
 mod flight;

@@ -120,6 +120,9 @@ impl<M: RobotModel> ObservationLayout<M> {
             (BlockRow::PRIVILEGED, *privileged),
         ];
         let rows = tables.into_iter().flat_map(|(rows, is_usual)| rows.iter().map(move |row| (row, is_usual)));
+        let requested = setup.config.task.family().on_request;
+        let is_usual = |row: &BlockRow<M>, is_usual: bool| is_usual || (of_task && requested.contains(&row.name));
+        let rows = rows.map(|(row, of_table)| (row, is_usual(row, of_table)));
         let rows: Vec<_> = rows.filter(|(row, _)| (row.present)(setup)).collect();
         for (k, name) in chosen.unwrap_or_default().iter().enumerate() {
             require_known(&format!("observation_blocks[{k}]"), name, &rows)?;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Rotation2, Vector2, Vector3};
 
 use crate::environment::action::YAW;
 use crate::environment::observation::{
@@ -42,7 +42,7 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
     BlockRow {
         name: "height",
         unit: "m",
-        description: "height of each link's CG above that of a link that lies on the ground",
+        description: "height of each link's CG above that of a link that lies on the ground below it",
         present: always,
         elements: |setup| each(setup.links(), &[even("link_#")]),
         scale: |setup| 2.0 * setup.robot.links.iter().map(|link| link.radius).fold(0.0, f64::max),
@@ -50,7 +50,10 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
         memory: false,
         read: |view, values| {
             let links = view.model.simulation.robot().links.iter().zip(&view.model.simulation.state().pose);
-            values.iter_mut().zip(links).for_each(|(value, (link, pose))| *value = pose.position.z - link.radius);
+            let obstacles = &view.model.simulation.body().obstacles;
+            values.iter_mut().zip(links).for_each(|(value, (link, pose))| {
+                *value = pose.position.z - link.radius - obstacles.ground_height(&pose.position.xy());
+            });
         },
     },
     BlockRow {
@@ -160,6 +163,32 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
 
 pub const SENSING: &[BlockRow<SpatialRobot>] = &[
     BlockRow {
+        name: "ground",
+        unit: "m",
+        description: "height of the ground, of height fields and the plane beside them, at 20 places around the robot over \
+                      that below its CG: 0.4, 0.2, 0, -0.2 and -0.4 of its length ahead in the body direction, and 0.1 and \
+                      0.3 to the right; then in reverse the same to the left",
+        present: always,
+        elements: |_| each(GROUND_PLACES, &[("height_#", Parity::Swapped)]),
+        scale: |setup| 2.0 * setup.robot.links.iter().map(|link| link.radius).fold(0.0, f64::max),
+        bound: 8.0,
+        memory: false,
+        read: |view, values| {
+            let obstacles = &view.model.simulation.body().obstacles;
+            let (motion, length) = (view.model.motion(), view.model.robot().total_length());
+            let height = |ahead: f64, left: f64| {
+                let arm = Rotation2::new(motion.heading) * Vector2::new(ahead, left);
+                obstacles.ground_height(&(motion.position + arm * length))
+            };
+            let below = height(0.0, 0.0);
+            for k in 0..GROUND_PLACES / 2 {
+                let (ahead, aside) = (0.4 - 0.2 * (k / 2) as f64, 0.1 + 0.2 * (k % 2) as f64);
+                values[k] = height(ahead, -aside) - below;
+                values[GROUND_PLACES - 1 - k] = height(ahead, aside) - below;
+            }
+        },
+    },
+    BlockRow {
         name: "accelerometer",
         unit: "m/s^2",
         description: ACCELEROMETER,
@@ -213,3 +242,6 @@ fn contact_force(view: &View<SpatialRobot>, values: &mut [f64]) {
         values.copy_from_slice(&[ahead.dot(force), ahead.perp(force)]);
     }
 }
+
+/// Places where the ground is sampled.
+const GROUND_PLACES: usize = 20;

@@ -16,6 +16,7 @@ mod perturbed;
 mod placement;
 mod push_points;
 mod sampler;
+mod terrain;
 mod world;
 
 use std::fmt;
@@ -83,11 +84,15 @@ type BuildScenario = fn(&EnvConfig, &Robot) -> Result<Arc<dyn Scenario>, ConfigE
 pub struct Family {
     /// Value of the option `task`.
     pub name: &'static str,
-    /// Id of the environment of the planar model.
+    /// Id of the environment.
     pub id: &'static str,
+    /// Model of that environment.
+    pub model: ModelKind,
     pub description: &'static str,
     pub goal: GoalKind,
     pub has_pegs: bool,
+    /// Blocks on request that its observation has without one.
+    pub on_request: &'static [&'static str],
     /// Friction coefficients along and across a link, unless the configuration sets them.
     pub friction: fn(ModelKind) -> [f64; 2],
     /// The gait of action zero.
@@ -102,9 +107,11 @@ impl Family {
     const DEFAULT: Self = Self {
         name: "",
         id: "",
+        model: ModelKind::Planar,
         description: "",
         goal: GoalKind::Line,
         has_pegs: true,
+        on_request: &[],
         friction: |_| ISOTROPIC,
         gait: |_| DefaultGait::undulation(),
         validate: |_| Ok(()),
@@ -130,9 +137,10 @@ impl Task {
     pub const MAZE: Task = Task(&maze::FAMILY);
     pub const CORRIDOR: Task = Task(&corridor::FAMILY);
     pub const COMMAND: Task = Task(&command::FAMILY);
+    pub const TERRAIN: Task = Task(&terrain::FAMILY);
 
-    pub const ALL: [Task; 7] =
-        [Task::COURSE, Task::FIELD, Task::FREE, Task::PERTURBED, Task::MAZE, Task::CORRIDOR, Task::COMMAND];
+    pub const ALL: [Task; 8] =
+        [Task::COURSE, Task::FIELD, Task::FREE, Task::PERTURBED, Task::MAZE, Task::CORRIDOR, Task::COMMAND, Task::TERRAIN];
 
     pub fn family(self) -> &'static Family {
         self.0

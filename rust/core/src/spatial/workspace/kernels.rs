@@ -364,7 +364,7 @@ pub fn opening<T: Real>(still: T, at_start: T, c: T, elapsed: T) -> T {
 const TOUCHING: f64 = 1e-6;
 
 /// Depth from which on a sphere must not go deeper \[m\].
-const SUNK: f64 = 2e-4;
+pub(super) const SUNK: f64 = 2e-4;
 
 /// Squared length of the centre line's shadow below which a link is upright.
 const UPRIGHT: f64 = 1e-18;

@@ -2,6 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::kernels::SUNK;
 use crate::contact::{KnownContact, Source};
 use crate::math::{Laned, Real, read_lane};
 use crate::spatial::obstacle_contacts::friction_of;
@@ -177,8 +178,27 @@ impl<T: Real> Workspace<T> {
         front + rear
     }
 
+    /// Measures again how a lane's spheres sink into what carries them, where that is not the plane of the ground alone.
+    pub(in crate::spatial) fn measure_sinking_into_supports(&mut self, lane: usize) {
+        let mut sinking = 0.0_f64;
+        for (i, frame) in self.motion.frames.iter().enumerate() {
+            for side in 0..2 {
+                let height = self.support_of(lane, i, side).map_or(0.0, |support| support.height);
+                let gap = frame.ground_gap(&self.stage.links[i], side).lane(lane);
+                if gap - height < -SUNK {
+                    sinking = sinking.max(self.motion.start_gap[i][side].lane(lane) - gap);
+                }
+            }
+        }
+        self.result.sinking_into_ground.set_lane(lane, sinking);
+    }
+
     fn is_on_top(&self, lane: usize, link: usize, side: usize) -> bool {
-        self.supports.iter().any(|support| (support.lane, support.link, support.side) == (lane, link, side))
+        self.support_of(lane, link, side).is_some()
+    }
+
+    fn support_of(&self, lane: usize, link: usize, side: usize) -> Option<&Support> {
+        self.supports.iter().find(|support| (support.lane, support.link, support.side) == (lane, link, side))
     }
 
     /// Keeps the forces of a lane's last stage as the next warm start.

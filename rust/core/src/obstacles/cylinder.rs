@@ -1,0 +1,202 @@
+//! Cylinders in any direction: poles, which are solid, and pipes, walls without thickness that links touch on both sides.
+
+use nalgebra::Vector3;
+
+use crate::error::{ConfigError, coordinate, length, require};
+
+use super::Rectangle;
+use super::solid::{SolidContact, SolidLine};
+use super::surface::{ALONG, nearest_on_line};
+
+/// A cylinder between the centres of its two ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cylinder {
+    start: Vector3<f64>,
+    /// Unit vector to the other end.
+    axis: Vector3<f64>,
+    length: f64,
+    radius: f64,
+    is_pipe: bool,
+}
+
+impl Cylinder {
+    /// # Errors
+    /// Names the field that is not admissible.
+    pub fn new(start: [f64; 3], end: [f64; 3], radius: f64, is_pipe: bool) -> Result<Self, ConfigError> {
+        for (field, point) in [("start", start), ("end", end)] {
+            for (axis, &value) in point.iter().enumerate() {
+                coordinate(&format!("{field}[{axis}]"), value)?;
+            }
+        }
+        length("radius", radius)?;
+        let way = Vector3::from(end) - Vector3::from(start);
+        require(way.norm() > SHORTEST, "end", format!("{end:?}"), "another point than the start")?;
+        Ok(Self { start: start.into(), axis: way.normalize(), length: way.norm(), radius, is_pipe })
+    }
+
+    pub fn rectangle(&self) -> Rectangle {
+        let end = self.start + self.axis * self.length;
+        let around = Rectangle::around([self.start.xy(), end.xy()]);
+        let room = self.axis.xy().map(|share| self.radius * (1.0 - share * share).max(0.0).sqrt());
+        Rectangle { low: around.low - room, high: around.high + room }
+    }
+
+    /// Calls `visit` with every contact.
+    pub fn visit_contacts(&self, line: &SolidLine, mut visit: impl FnMut(usize, SolidContact)) {
+        for feature in 0..FEATURES {
+            let contact = self.contact_at(line, feature);
+            if contact.distance < f64::INFINITY {
+                visit(feature, contact);
+            }
+        }
+    }
+
+    /// The contact at a feature: the ends of the line, an inner part of it, or a rim.
+    pub fn contact_at(&self, line: &SolidLine, feature: usize) -> SolidContact {
+        match (feature, self.is_pipe) {
+            (0 | 1, false) => self.to_solid(line, ALONG[feature]),
+            (0 | 1, true) => self.to_wall(line, ALONG[feature]),
+            (2 | 3, false) => self.to_inner_part(line, feature == 3),
+            (2, true) => self.to_outside(line),
+            (4 | 5, true) => self.to_rim(line, feature == 5),
+            _ => SolidContact::AWAY,
+        }
+    }
+
+    /// Coordinate along the axis, distance from it, and the unit vector away from it.
+    fn coordinates(&self, point: &Vector3<f64>) -> (f64, f64, Vector3<f64>) {
+        let offset = point - self.start;
+        let along = offset.dot(&self.axis);
+        let across = offset - self.axis * along;
+        let outward = across.try_normalize(0.0).unwrap_or_else(|| self.any_direction_across());
+        (along, across.norm(), outward)
+    }
+
+    fn any_direction_across(&self) -> Vector3<f64> {
+        let other = if self.axis.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
+        self.axis.cross(&other).normalize()
+    }
+
+    /// Of a point and the solid cylinder: the distance, negative inside, and the direction in which it grows.
+    fn signed_distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let (along, from_axis, outward) = self.coordinates(point);
+        let beside = from_axis - self.radius;
+        let (beyond, end) =
+            if along > 0.5 * self.length { (along - self.length, self.axis) } else { (-along, -self.axis) };
+        if beside > 0.0 && beyond > 0.0 {
+            let distance = beside.hypot(beyond);
+            return (distance, (outward * beside + end * beyond) / distance);
+        }
+        if beyond > beside { (beyond, end) } else { (beside, outward) }
+    }
+
+    fn to_solid(&self, line: &SolidLine, along: f64) -> SolidContact {
+        let (distance, normal) = self.signed_distance(&line.point(along));
+        SolidContact { distance, normal, along, is_redundant: false }
+    }
+
+    /// Of the inner part of the line that is nearest to the solid cylinder, its first or its last point: the distance
+    /// from a convex body is convex along a line.
+    fn to_inner_part(&self, line: &SolidLine, is_last: bool) -> SolidContact {
+        let slope = |along: f64| self.signed_distance(&line.point(along)).1.dot(&line.half);
+        let level = LEVEL * line.half.norm();
+        let falls = |along: f64| slope(along) < if is_last { level } else { -level };
+        if !falls(-1.0) || falls(1.0) {
+            return SolidContact::AWAY;
+        }
+        let (mut low, mut high) = (-1.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if falls(middle) { low = middle } else { high = middle }
+        }
+        // The last point of a part that is no longer than a point is the first.
+        if is_last && !(slope(high - SAME) < level && slope(high - SAME) > -level) {
+            return SolidContact::AWAY;
+        }
+        self.to_solid(line, high)
+    }
+
+    /// Whether a line is inside the pipe: its middle, or, where that is beyond the ends, a point so far from the axis.
+    fn is_inside(&self, line: &SolidLine, from_axis: f64) -> bool {
+        let (along, of_middle, _) = self.coordinates(&line.middle);
+        let is_within = along >= 0.0 && along <= self.length;
+        (if is_within { of_middle } else { from_axis }) < self.radius
+    }
+
+    /// Of an end of the line and the wall of a pipe.
+    fn to_wall(&self, line: &SolidLine, place: f64) -> SolidContact {
+        let point = line.point(place);
+        let (along, from_axis, outward) = self.coordinates(&point);
+        let beyond = (-along).max(along - self.length);
+        if beyond > 0.0 {
+            let rim = self.start + self.axis * along.clamp(0.0, self.length) + outward * self.radius;
+            return SolidContact { is_redundant: false, ..SolidContact::between(line, place, &rim, outward) };
+        }
+        let (distance, normal) = if self.is_inside(line, from_axis) {
+            (self.radius - from_axis, -outward)
+        } else {
+            (from_axis - self.radius, outward)
+        };
+        SolidContact { distance, normal, along: place, is_redundant: false }
+    }
+
+    /// Of an inner point of the line and the outside of a pipe.
+    fn to_outside(&self, line: &SolidLine) -> SolidContact {
+        let between = line.middle - self.start;
+        let across = |v: &Vector3<f64>| v - self.axis * v.dot(&self.axis);
+        let (half, offset) = (across(&line.half), across(&between));
+        let place = -half.dot(&offset) / half.norm_squared();
+        // Not a number for a parallel line, whose ends are as near.
+        if !(place.abs() < 1.0) {
+            return SolidContact::AWAY;
+        }
+        let (along, from_axis, outward) = self.coordinates(&line.point(place));
+        let is_beside = along > 0.0 && along < self.length && from_axis > self.radius;
+        let contact =
+            SolidContact { distance: from_axis - self.radius, normal: outward, along: place, is_redundant: false };
+        if is_beside { contact } else { SolidContact::AWAY }
+    }
+
+    /// Of an inner point of the line and the rim of a pipe's mouth, where the line passes through that.
+    fn to_rim(&self, line: &SolidLine, is_far: bool) -> SolidContact {
+        let (centre, into_wall) =
+            if is_far { (self.start + self.axis * self.length, -self.axis) } else { (self.start, self.axis) };
+        let across_mouth = line.half.dot(&self.axis);
+        let place = (centre - line.middle).dot(&self.axis) / across_mouth;
+        if !(place.abs() < 1.0) {
+            return SolidContact::AWAY;
+        }
+        let (mut place, mut rim) = (place, centre);
+        for _ in 0..ROUNDS {
+            let (_, _, outward) = self.coordinates(&line.point(place));
+            rim = centre + outward * self.radius;
+            match nearest_on_line(line, &rim) {
+                Some(nearest) => place = nearest,
+                None => return SolidContact::AWAY,
+            }
+        }
+        let contact = SolidContact::between(line, place, &rim, into_wall);
+        // Elsewhere the wall is nearer than its rim.
+        if contact.normal.dot(&into_wall) > ROUNDING { SolidContact::AWAY } else { contact }
+    }
+}
+
+/// Ends, inner parts and rims.
+const FEATURES: usize = 6;
+
+/// Shortest cylinder \[m\].
+const SHORTEST: f64 = 1e-9;
+
+/// Bisections of a centre line: to round-off.
+const HALVINGS: u32 = 52;
+
+/// Iterations of the nearest point of a rim, each of which brings it nearer by the sine of the line to the axis squared.
+const ROUNDS: u32 = 32;
+
+/// Cosine between a line and the direction of growing distance from which on it keeps its distance.
+const LEVEL: f64 = 1e-9;
+
+/// Share of a line between two points that count as one.
+const SAME: f64 = 1e-6;
+
+const ROUNDING: f64 = 1e-10;
