@@ -47,6 +47,7 @@ class TaskOptions(TypedDict, total=False):
     speed: tuple[float, float]
     difficulty: float
     field: str
+    terrain: str
     push_points: int
     perturbation: Mapping[str, Any]
     randomization: Randomization | Mapping[str, Any]
