@@ -248,3 +248,48 @@ def test_states_of_a_robot_with_other_axes_are_refused():
     hinges.reset(seed=0)
     with pytest.raises(ConfigError, match="state"):
         hinges.set_state(cardan.get_state())
+
+
+def bend(robot, amplitude=0.4, **options):
+    """An arc to either side in turn, all yaw joints alike: half of the robot is the mirror image of the other half.
+    Returns the motion of the CG along and across it in each period [mm], and the run."""
+    gait, period = Gait(amplitude=amplitude, omega=1.0, beta=0.0), 2.0 * np.pi
+    options |= {"gait": gait, "duration": 2.0 * period, "sample": period / 40.0, "record": "ground"}
+    found = simulate("spatial", robot, Scene(friction=(0.2, 0.6)), start=Start(posture="straight"), **options)
+    return 1e3 * np.diff(found.position[::40].mean(axis=1), axis=0)[:, :2], found
+
+
+def test_cardan_joints_have_no_symmetry_fore_and_aft():
+    """A joint transmits torsion along the link behind it, so links on flat ground that roll by small angles roll by
+    cos(yaw) times the link before. Friction acts a radius below the joints and rolls them: loads become unequal."""
+    drift, run = bend(Robot(links=3))
+    mirrored, softer = (bend(Robot(links=3), a, controller=PD(kp=kp))[0] for a, kp in ((-0.4, 800.0), (0.4, 200.0)))
+    lower, _ = bend(Robot(links=3, radius=Robot().radius / 10.0))
+    load = run.ground_normal[40:].sum(axis=2)
+    unequal = (load[:, 0] - load[:, 2]) / load.mean()
+    print(
+        f"{drift[1]} mm, with small radii {lower[1]} mm; loads {100 * unequal.min():.1f} to {100 * unequal.max():.1f} %"
+    )
+    pitch = run.joint_torque[50, :, 1]
+    assert pitch[1] / pitch[0] == pytest.approx(np.cos(run.joint_angle[50, 0, 0]), abs=1e-3)
+    # Statics with least dissipation and the shortest impulses give 6.7 mm. With all joints reversed both change sign.
+    assert drift[1, 0] == pytest.approx(6.6, abs=0.2)
+    np.testing.assert_allclose([mirrored[1, 0], softer[1, 0]], drift[1, 0], atol=0.15)
+    assert lower[1, 0] == pytest.approx(0.8, abs=0.05)
+
+
+def test_a_robot_that_is_symmetric_fore_and_aft_does_not_drift():
+    drift, run = bend(Robot(links=5, axes=["pitch", "yaw", "yaw", "pitch"]))
+    load = run.ground_normal[1:]
+    assert np.abs(drift).max() < 5e-3
+    np.testing.assert_allclose(load, load[:, ::-1, ::-1], atol=1e-4)
+
+
+def test_a_robot_without_pitch_rocks_when_it_has_been_straight():
+    """Nothing keeps a straight robot from rolling, and bent it stands on three or four spheres."""
+    (drift, run), (mirrored, _) = (bend(Robot(links=3, axes="yaw"), amplitude) for amplitude in (0.4, -0.4))
+    lifted = 1e3 * (run.position[:, :, 2].max() - run.robot.radius)
+    print(f"a CG {lifted:.1f} mm higher, {drift[0]} mm in the first period")
+    assert lifted > 0.5
+    np.testing.assert_allclose(mirrored[0], drift[0] * [1.0, -1.0], atol=1e-3)
+    assert abs(drift[0, 1]) > 1.0 > 10.0 * abs(drift[0, 0])
