@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from snake_env._native import simulate
 from snake_env.config.robot import LOCK_STIFFNESS, per_link
 from snake_env.errors import ConfigError
-from snake_env.obstacles import Circle, Obstacle, Segment, outlines
+from snake_env.obstacles import Circle, Obstacle, Segment, Vertical, outlines
 
 if TYPE_CHECKING:
     from snake_env.config.controllers import PD

@@ -80,7 +80,8 @@ fn cylinder(rng: &mut Rng, inside: bool) -> (Body, Vec<Point>) {
         let out = side * cos + axis.cross(&side) * sin;
         points.extend((-50..=50).map(|j| axis * (half * f64::from(j) / 50.0) + out * radius));
         if !inside {
-            let discs = (0..20).flat_map(|j| [-half, half].map(|end| axis * end + out * (radius * f64::from(j) / 20.0)));
+            let discs =
+                (0..20).flat_map(|j| [-half, half].map(|end| axis * end + out * (radius * f64::from(j) / 20.0)));
             points.extend(discs);
         }
     }
@@ -89,16 +90,17 @@ fn cylinder(rng: &mut Rng, inside: bool) -> (Body, Vec<Point>) {
 }
 
 fn random_line(rng: &mut Rng) -> SolidLine {
-    let mut vector = |reach: f64| {
-        Point::new(rng.uniform(-reach, reach), rng.uniform(-reach, reach), rng.uniform(-reach, reach))
-    };
+    let mut vector =
+        |reach: f64| Point::new(rng.uniform(-reach, reach), rng.uniform(-reach, reach), rng.uniform(-reach, reach));
     SolidLine { middle: vector(0.6), half: vector(0.15) }
 }
 
 /// The smallest distance of points of the line from strewn points: never less than the true one.
 fn strewn_distance(line: &SolidLine, points: &[Point]) -> f64 {
     let along = (-20..=20).map(|k| line.point(f64::from(k) / 20.0));
-    along.map(|on| points.iter().map(|point| (point - on).norm()).fold(f64::INFINITY, f64::min)).fold(f64::INFINITY, f64::min)
+    along
+        .map(|on| points.iter().map(|point| (point - on).norm()).fold(f64::INFINITY, f64::min))
+        .fold(f64::INFINITY, f64::min)
 }
 
 fn check(seed: u64, body: fn(&mut Rng) -> (Body, Vec<Point>)) {

@@ -139,8 +139,16 @@ impl Task {
     pub const COMMAND: Task = Task(&command::FAMILY);
     pub const TERRAIN: Task = Task(&terrain::FAMILY);
 
-    pub const ALL: [Task; 8] =
-        [Task::COURSE, Task::FIELD, Task::FREE, Task::PERTURBED, Task::MAZE, Task::CORRIDOR, Task::COMMAND, Task::TERRAIN];
+    pub const ALL: [Task; 8] = [
+        Task::COURSE,
+        Task::FIELD,
+        Task::FREE,
+        Task::PERTURBED,
+        Task::MAZE,
+        Task::CORRIDOR,
+        Task::COMMAND,
+        Task::TERRAIN,
+    ];
 
     pub fn family(self) -> &'static Family {
         self.0
