@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import gymnasium as gym
 
 from snake_env._native import defaults, scenarios
 
 MAX_EPISODE_STEPS: int = defaults("environment")["max_episode_steps"]
 
-SCENARIOS: list[dict[str, str]] = scenarios()
-"""The families of scenes: "name", "id", "model", "description" and "goal", as the core registers them."""
+SCENARIOS: list[dict[str, Any]] = scenarios()
+"""The families of scenes, as the core registers them."""
 
-TASKS: dict[str, dict[str, str]] = {
-    **{
-        row["id"]: {"task": row["name"]} | ({"model": row["model"]} if row["model"] != "planar" else {})
-        for row in SCENARIOS
-    },
+_CONTROLLER: dict[str, Any] = defaults("environment")["controller"]
+
+
+def _keywords(row: dict[str, Any]) -> dict[str, Any]:
+    """What differs from the defaults of the environments."""
+    own = {"task": row["name"]}
+    if row["model"] != "planar":
+        own["model"] = row["model"]
+    if row["torque_limit"] != _CONTROLLER["torque_limit"]:
+        own["controller"] = _CONTROLLER | {"torque_limit": row["torque_limit"]}
+    return own
+
+
+TASKS: dict[str, dict[str, Any]] = {
+    **{row["id"]: _keywords(row) for row in SCENARIOS},
     "SnakeSpatial-v1": {"model": "spatial", "task": "free"},
 }
 """Keywords that make each environment what it is."""

@@ -37,6 +37,8 @@ FILMS = {
     "SnakeCorridor-v1": Film("general", 0, {"difficulty": 1.0}),
     "SnakeCommand-v1": Film("heading control", 0, {}),
     "SnakeTerrain-v1": Film("action zero", 0, {}),
+    "SnakePipe-v1": Film("action zero", 0, {}),
+    "SnakeClimb-v1": Film("action zero", 0, {}),
     "SnakeSpatial-v1": Film("action zero", 0, {}),
 }
 """By id; ``make pictures`` draws them."""
@@ -50,6 +52,8 @@ KEYWORDS = {
     "corridor": ("difficulty", "turn", "goal_distance", "goal_radius"),
     "command": ("difficulty", "turn", "speed"),
     "terrain": ("difficulty", "terrain", "goal_distance", "corridor_half_width"),
+    "pipe": ("difficulty", "goal_distance"),
+    "climb": ("difficulty", "goal_distance", "controller"),
 }
 """Keywords that shape a task, by its name; all others are those of every environment."""
 
@@ -95,7 +99,7 @@ def _caption(env_id: str) -> str:
 
 
 def _pegs(env_id: str) -> bool:
-    return TASKS[env_id]["task"] not in ("free", "command", "terrain")
+    return TASKS[env_id]["task"] not in ("free", "command", "terrain", "pipe", "climb")
 
 
 def _facts(env_id: str, layout: dict[str, Any]) -> str:

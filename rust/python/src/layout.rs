@@ -53,6 +53,7 @@ pub fn scenarios(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
         dict.set_item("name", family.name)?;
         dict.set_item("id", family.id)?;
         dict.set_item("model", family.model.name().name())?;
+        dict.set_item("torque_limit", family.torque_limit)?;
         dict.set_item("description", family.description)?;
         dict.set_item("goal", family.goal.name())
     })

@@ -288,7 +288,9 @@ impl EnvConfig {
         match &self.scene {
             Some(scene) => SceneConfig { obstacles: Vec::new(), ..scene.clone() },
             None => {
-                let friction = self.friction.unwrap_or_else(|| (self.task.family().friction)(self.model));
+                let family = self.task.family();
+                let friction = self.friction.unwrap_or_else(|| (family.friction)(self.model));
+                let slope = if slope == Slope::default() { family.slope } else { slope };
                 SceneConfig { friction, friction_backward, stribeck, slope, ..SceneConfig::default() }
             }
         }

@@ -27,6 +27,8 @@ pub struct RaisedChain {
     /// (yaw, pitch) of the joints \[rad\].
     pub joint_angle: Vec<Vector2<f64>>,
     pub has_own_posture: bool,
+    /// Where it is wound by the gait: the references of its joints, over their angles.
+    pub grip: Option<f64>,
     /// It is held at a height of its own; else it rests on what is under it.
     pub has_own_height: bool,
 }
@@ -46,7 +48,7 @@ impl RaisedChain {
             rest_on_ground(robot, &mut pose);
         }
         let (has_own_posture, has_own_height) = (start.has_own_posture, raised.height.is_some());
-        Self { pose, joint_angle, has_own_posture, has_own_height }
+        Self { pose, joint_angle, has_own_posture, grip: None, has_own_height }
     }
 
     /// Smallest gap to a peg, which is vertical and without end \[m\].

@@ -177,6 +177,15 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
         }
     }
 
+    /// The same with both waves at their full amplitudes, which wind the robot, where actions set waves.
+    pub fn rest_wound(&mut self, joint_angle: impl Fn(usize, usize) -> f64) {
+        self.rest_bent(joint_angle);
+        if self.has_wave {
+            self.state.axes[YAW].amplitude = FilteredParameter::at_rest(self.gait.yaw.amplitude);
+            self.state.axes[PITCH].amplitude = FilteredParameter::at_rest(self.gait.lift);
+        }
+    }
+
     /// Locks joints at angles, whatever waves and actions do.
     pub fn lock(&mut self, held: impl Iterator<Item = Held>) {
         self.state.held.clear();

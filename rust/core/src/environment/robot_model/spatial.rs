@@ -171,6 +171,9 @@ impl RobotModel for SpatialRobot {
         if chain.has_own_posture {
             self.reference.rest_bent(|joint, axis| chain.joint_angle[joint][axis]);
         }
+        if let Some(grip) = chain.grip {
+            self.reference.rest_wound(|joint, axis| grip * chain.joint_angle[joint][axis]);
+        }
         self.lock_joints();
     }
 

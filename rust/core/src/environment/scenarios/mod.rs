@@ -3,16 +3,19 @@
 //! A family is one type that implements [`Scenario`] and one row, a [`Family`], which [`Task`] registers. Nothing
 //! outside of a family's file depends on which one it is.
 
+mod climb;
 mod command;
 mod corridor;
 mod course;
 mod course_layout;
 mod field;
 mod free;
+mod helix;
 mod maze;
 mod open_ground;
 mod peg_region;
 mod perturbed;
+mod pipe;
 mod placement;
 mod push_points;
 mod sampler;
@@ -27,6 +30,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::error::ConfigError;
 use crate::robot::Robot;
+use crate::slope::Slope;
 
 use super::config::{EnvConfig, ModelKind};
 use super::default_gait::DefaultGait;
@@ -95,6 +99,10 @@ pub struct Family {
     pub on_request: &'static [&'static str],
     /// Friction coefficients along and across a link, unless the configuration sets them.
     pub friction: fn(ModelKind) -> [f64; 2],
+    /// Inclination of the ground, unless the configuration sets one.
+    pub slope: Slope,
+    /// Torque limit of the joints of its environment, see `snake_env.registration` \[N m\].
+    pub torque_limit: f64,
     /// The gait of action zero.
     pub gait: fn(ModelKind) -> DefaultGait,
     /// Checks what only this family requires of a configuration.
@@ -113,6 +121,8 @@ impl Family {
         has_pegs: true,
         on_request: &[],
         friction: |_| ISOTROPIC,
+        slope: Slope { angle: 0.0, direction: 0.0 },
+        torque_limit: 10.0,
         gait: |_| DefaultGait::undulation(),
         validate: |_| Ok(()),
         scenario: |config, robot| Ok(Arc::new(free::Free::new(config, robot)?)),
@@ -138,8 +148,10 @@ impl Task {
     pub const CORRIDOR: Task = Task(&corridor::FAMILY);
     pub const COMMAND: Task = Task(&command::FAMILY);
     pub const TERRAIN: Task = Task(&terrain::FAMILY);
+    pub const PIPE: Task = Task(&pipe::FAMILY);
+    pub const CLIMB: Task = Task(&climb::FAMILY);
 
-    pub const ALL: [Task; 8] = [
+    pub const ALL: [Task; 10] = [
         Task::COURSE,
         Task::FIELD,
         Task::FREE,
@@ -148,6 +160,8 @@ impl Task {
         Task::CORRIDOR,
         Task::COMMAND,
         Task::TERRAIN,
+        Task::PIPE,
+        Task::CLIMB,
     ];
 
     pub fn family(self) -> &'static Family {

@@ -90,6 +90,12 @@ impl Placement {
         self.raised = Some(RaisedChain::new(&self.robot, start, &self.joint_angle, raised));
     }
 
+    /// Puts the robot as a chain that does not lie flat.
+    pub fn set_raised(&mut self, chain: RaisedChain) {
+        self.joint_angle.iter_mut().zip(&chain.joint_angle).for_each(|(yaw, angle)| *yaw = angle.x);
+        self.raised = Some(chain);
+    }
+
     /// The start nearest to the full deviation, in halvings, that clears the pegs, or else the nominal one.
     pub fn free_start(&mut self, line: &StartLine, jitter: &StartJitter) -> Start {
         let mut factor = 1.0;
