@@ -98,8 +98,9 @@ def pegs(axes: Axes, scene: Scene, removed: int | None = None) -> None:
 def body(axes: Axes, robot: Robot, position: Array, angle: Array, numbered: tuple[int, ...] = ()) -> None:
     """The links' outlines at one time: CGs (n, 2) [m] and absolute angles (n,) [rad]."""
     shapes = np.broadcast_to(np.stack([robot.contact_half_length, robot.radius], axis=-1), (robot.links, 2))
-    for i in range(robot.links):
-        outline(axes, stadium(position[i], float(angle[i]), *shapes[i]))
+    shift = np.reshape(robot.cg_offset, (-1, 1)) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    for i, middle in enumerate(position + shift):
+        outline(axes, stadium(middle, float(angle[i]), *shapes[i]))
         if i + 1 in numbered:
             axes.annotate(str(i + 1), position[i], ha="center", va="center", fontsize=7)
 

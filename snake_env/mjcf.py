@@ -163,13 +163,14 @@ def _add_obstacle(
 def _add_chain(world: Element, robot: Robot, place: tuple[float, ...], angles: list[float], step: float) -> None:
     """Nested bodies, x along the links and z up, with the origin at the CG of link 1 and at the joints."""
     count = robot.links
-    length, half, radius, mass, inertia, roll = (
+    length, half, radius, mass, offset, inertia, roll = (
         per_link(value, count)
         for value in (
             robot.length,
             robot.contact_half_length,
             robot.radius,
             robot.mass,
+            robot.cg_offset,
             robot.inertia,
             robot.roll_inertia,
         )
@@ -178,7 +179,7 @@ def _add_chain(world: Element, robot: Robot, place: tuple[float, ...], angles: l
     contact = {"contype": 0 if robot.self_contact is False else LINK, "conaffinity": 3, "condim": 1}
     body = world
     for i in range(count):
-        at = place if i == 0 else (length[i - 1] * (0.5 if i == 1 else 1.0), 0.0, 0.0)
+        at = place if i == 0 else (0.5 * length[0] + offset[0] if i == 1 else length[i - 1], 0.0, 0.0)
         body = _add(body, "body", name=f"link_{i + 1}", pos=at)
         if i == 0:
             _add(body, "freejoint", name="root")
@@ -188,9 +189,9 @@ def _add_chain(world: Element, robot: Robot, place: tuple[float, ...], angles: l
                 if joint == i - 1:
                     own = _lock(angle, step) if joint in robot.locked else _rotor(robot, joint, step)
                     _add(body, "joint", **_hinge(joint, axis), type="hinge", **limit, **own)
-        centre = 0.0 if i == 0 else 0.5 * length[i]
-        _add(body, "inertial", pos=(centre, 0.0, 0.0), mass=mass[i], diaginertia=(roll[i], inertia[i], inertia[i]))
-        ends = (centre - half[i], 0.0, 0.0, centre + half[i], 0.0, 0.0)
+        cg = 0.0 if i == 0 else 0.5 * length[i] - offset[i]
+        _add(body, "inertial", pos=(cg, 0.0, 0.0), mass=mass[i], diaginertia=(roll[i], inertia[i], inertia[i]))
+        ends = (cg + offset[i] - half[i], 0.0, 0.0, cg + offset[i] + half[i], 0.0, 0.0)
         _add(body, "geom", name=f"link_{i + 1}", type="capsule", fromto=ends, size=(radius[i],), **contact)
 
 

@@ -282,7 +282,7 @@ class TopView:
     def _draw_links(self, state: State) -> None:
         """Each link as a stadium: straight sides and round ends."""
         half_axes = state.link_half_length[:, np.newaxis] * state.link_axis
-        links = list(zip(state.link_position, half_axes, state.link_radius, strict=True))
+        links = list(zip(state.link_middle, half_axes, state.link_radius, strict=True))
         outline = 2 * OVERSAMPLING / self._camera.scale
         for place, half_axis, radius in links:
             self._stadium(place, half_axis, radius, OUTLINE)

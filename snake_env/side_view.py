@@ -61,8 +61,8 @@ class TwoViews(TopView):
         """Each link as a stadium, foreshortened where it points up or down; higher links over lower ones."""
         half_axes = state.link_half_length[:, np.newaxis] * state.link_axis[:, :2]
         outline = 2 * OVERSAMPLING / self._camera.scale
-        for i in np.argsort(state.link_position[:, 2], kind="stable"):
-            place, radius = state.link_position[i, :2], state.link_radius[i]
+        for i in np.argsort(state.link_middle[:, 2], kind="stable"):
+            place, radius = state.link_middle[i, :2], state.link_radius[i]
             self._stadium(place, half_axes[i], radius, OUTLINE)
             self._stadium(place, half_axes[i], radius - outline, _colour(i))
 
@@ -77,7 +77,7 @@ class TwoViews(TopView):
         found = sections(state, scene, ahead) if self._picture.shows("obstacles") else []
         self._scale = self._fitting_scale(state, found)
         self._draw_sections(found)
-        places = state.link_position - [*state.position, 0.0]
+        places = state.link_middle - [*state.position, 0.0]
         depth = places[:, :2] @ across
         for i in np.argsort(-depth, kind="stable"):
             centre = np.array([places[i, :2] @ ahead, places[i, 2]])
@@ -87,7 +87,7 @@ class TwoViews(TopView):
 
     def _fitting_scale(self, state: State, sections: list[Section]) -> float:
         """That of the view from above, halved until the highest link and the obstacles beside it fit."""
-        tops = state.link_position[:, 2] + np.abs(state.link_axis[:, 2]) * state.link_half_length + state.link_radius
+        tops = state.link_middle[:, 2] + np.abs(state.link_axis[:, 2]) * state.link_half_length + state.link_radius
         side = self._strip.get_width() / (2 * self._camera.scale)
         highest = max([float(tops.max()), *(height for height, start, end in sections if start < side and end > -side)])
         room = OVERSAMPLING * (STRIP_HEIGHT - GROUND_LEVEL)

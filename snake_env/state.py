@@ -47,6 +47,7 @@ class State:
         self_contact_force: of the same shape, force of the robot's other links [N]; zero where the model has none.
         link_half_length: (L,) half length of the straight sides of a link's outline [m].
         link_radius: (L,) half width of a link and radius of its round ends [m].
+        link_cg_offset: (L,) how far the CG lies in front of the middle of a link [m].
         link_angle: (n, L) absolute angles of the links [rad]; None in 3D.
         link_quaternion: (n, L, 4) orientations of the links, w first; 3D only.
         normal_force: (n, L) normal force of the ground, without that of top faces, averaged over the last control
@@ -83,6 +84,7 @@ class State:
     path: Array
     link_half_length: Array
     link_radius: Array
+    link_cg_offset: Array
     link_angle: Array | None = None
     link_quaternion: Array | None = None
     normal_force: Array | None = None
@@ -110,14 +112,24 @@ class State:
         if self.link_quaternion is None:
             angle = np.asarray(self.link_angle)
             return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        w, x, y, z = np.moveaxis(self.link_quaternion, -1, 0)
-        return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
+        return centre_line(self.link_quaternion)
+
+    @property
+    def link_middle(self) -> Array:
+        """Middles of the links, about which their outlines lie, (n, L, 2) [m]; (n, L, 3) in 3D."""
+        return self.link_position + self.link_cg_offset[:, np.newaxis] * self.link_axis
 
     def __repr__(self) -> str:
         return f"State({', '.join(f'{name}{value.shape}' for name, value in self.arrays().items())})"
 
 
-CONSTANT = ("link_half_length", "link_radius")
+def centre_line(quaternion: Array) -> Array:
+    """Unit vectors (..., 3) along the centre lines of links with orientations (..., 4), w first."""
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
+
+
+CONSTANT = ("link_half_length", "link_radius", "link_cg_offset")
 """What all robots of a batch share."""
 RAGGED = ("obstacles", "obstacle_force", "path")
 """Tables whose lengths differ between robots, filled up with NaN in a batch."""

@@ -37,6 +37,9 @@ class Robot(Section):
         contact_half_length: half length of the straight sides of a link's outline L_GS,i [m], >= 0.
         radius: half width of a link and radius of its round ends L_SC,i [m], > 0.
         mass: m_i [kg], > 0.
+        cg_offset: how far the CG lies in front of the middle of the link, on its axis and towards the head [m], less
+            than half of the length. Positions of links are those of their CGs, with or without it. With the method
+            "implicit" only, not in the minimal model.
         inertia: moment of inertia about an axis across the link through the CG, Theta_psi [kg m^2], > 0.
         roll_inertia: moment of inertia about the link's centre line, Theta_rho [kg m^2], > 0; the spatial model only.
         gravity: acceleration of gravity [m/s^2], > 0.
@@ -74,6 +77,7 @@ class Robot(Section):
     contact_half_length: PerLink = _AIKO.contact_half_length
     radius: PerLink = _AIKO.radius
     mass: PerLink = _AIKO.mass
+    cg_offset: PerLink = _AIKO.cg_offset
     inertia: PerLink = _AIKO.inertia
     roll_inertia: PerLink = _AIKO.roll_inertia
     gravity: float = _AIKO.gravity
@@ -149,19 +153,20 @@ class Robot(Section):
         the robot has to be straight. There y of the link frames is up: as near to the z axis of the world as the links
         let it be, or the x axis of the world where they stand upright. Two hinges in one point, yaw before pitch, are a
         cardan joint. Hinges that turn the other way round than yaw and pitch are vectors, which waves bend the other
-        way; ``axes`` may name them, with angles of opposite sign. The length of a link at an end is such that its CG is
-        in the middle. Radius and contact half length are those of the capsule around the one capsule, cylinder or
-        sphere of a link that collides. ``self_contact`` is False where no two links can collide. Joints that no
-        actuator drives are limp, unless none is driven; those with springs of 1e9 N m/rad, as
-        :meth:`Scene.to_mjcf` writes them, are locked.
+        way; ``axes`` may name them, with angles of opposite sign. Radius and contact half length are those of the
+        capsule around the one capsule, cylinder or sphere of a link that collides, which has to be around the middle of
+        the link. The length of a link at an end is such that it is, or, with both of these given, such that its CG is
+        in the middle. With ``length`` given all CGs are taken to be there. ``self_contact`` is False where no two links
+        can collide. Joints that no actuator drives are limp, unless none is driven; those with springs of 1e9 N m/rad,
+        as :meth:`Scene.to_mjcf` writes them, are locked.
 
         Gains and torque limits belong to :class:`PD`, friction to :class:`Scene`; neither is read. Armature, friction
         and damping that are the same at all driven joints are those of the ``motor``.
 
         Args:
             path: of the file; what :meth:`Scene.to_mjcf` writes is one.
-            tolerance: how far joints and outlines may lie off the centre line, and CGs off the middle of their links
-                [m], >= 0; they are taken to lie there.
+            tolerance: how far joints, CGs and outlines may lie off the centre line, and CGs off the middle of their
+                links without a ``cg_offset`` [m], >= 0; they are taken to lie there.
             changes: fields in place of those in the file, which then need not fit the model.
 
         Raises:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -81,12 +82,16 @@ class _Chain:
 
     def fields(self, given: Collection[str]) -> dict[str, Any]:
         found: dict[str, Any] = {"links": len(self.links), "mass": _same([mass for mass, _, _ in self.masses])}
+        takes_outlines = not {"radius", "contact_half_length"} <= set(given)
+        self.middles = [self._local(cg)[2] for _, cg, _ in self.masses]
         if "length" not in given:
-            found["length"] = self._lengths()
+            found["length"], offsets = self._lengths(takes_outlines)
+            if any(offsets):
+                found["cg_offset"] = _same(offsets)
         if not {"inertia", "roll_inertia"} <= set(given):
             across, along = zip(*map(self._inertias, range(len(self.links))), strict=True)
             found |= {"inertia": _same(across), "roll_inertia": _same(along)}
-        if not {"radius", "contact_half_length"} <= set(given):
+        if takes_outlines:
             radius, half = zip(*map(self._outline, range(len(self.links))), strict=True)
             found |= {"radius": _same(radius), "contact_half_length": _same(half)}
         if "axes" not in given:
@@ -310,21 +315,33 @@ class _Chain:
         """In the link frame, with the origin in the first joint."""
         return self.frame @ (point - self.start)
 
-    def _lengths(self) -> Any:
-        """Those at the ends are such that the CGs are in the middle."""
-        cg = [self._local(cg)[2] for _, cg, _ in self.masses]
+    def _lengths(self, takes_outlines: bool) -> tuple[Any, list[float]]:
+        """Lengths, and how far each CG lies in front of the middle of its link.
+
+        The middle of a link at an end is that of its outline where this is read, else its CG.
+        """
+        cg = self.middles
         joints = np.array([self._local(self.anchor[link.hinges[0]])[2] for link in self.links[1:]])
-        ends = [2.0 * cg[0] - joints[0], *joints, 2.0 * cg[-1] - joints[-1]]
+        first, last = (self._end(i) if takes_outlines else cg[i] for i in (0, -1))
+        ends = [2.0 * first - joints[0], *joints, 2.0 * last - joints[-1]]
         lengths = np.round(np.diff(ends), 12)  # [m], without the round-off of sums along the chain
+        self.middles = [0.5 * (front + rear) for front, rear in itertools.pairwise(ends)]
+        offsets = np.round(np.subtract(self.middles, cg), 12)
+        offsets[np.abs(offsets) <= self.tolerance] = 0.0
         for i, link in enumerate(self.links):
             if not lengths[i] > 0.0:
-                expected = "> 0, with joints, and CGs at the ends, in the order of the links; or length="
+                expected = "> 0, with joints, and outlines or CGs at the ends, in the order of the links; or length="
                 raise self._error("body", link.bodies[0], f"length {lengths[i]:g} m", expected)
-            off = abs(cg[i] - 0.5 * (ends[i] + ends[i + 1]))
-            if off > self.tolerance:
-                expected = f"at most {self.tolerance:g} m, a larger tolerance=, or length="
+            off = abs(offsets[i])
+            if off >= 0.5 * lengths[i]:
+                expected = f"less than half of its length, {0.5 * lengths[i]:g} m; or length="
                 raise self._error("body", link.bodies[0], f"CG {off:g} m off the middle of the link", expected)
-        return _same(lengths.tolist())
+        return _same(lengths.tolist()), offsets.tolist()
+
+    def _end(self, i: int) -> float:
+        """Where the middle of a link at an end is, along the line: of its outline, or its CG within the tolerance."""
+        middle, cg = float(self._local(self._geom(i)[1])[2]), self.middles[i]
+        return cg if abs(middle - cg) <= self.tolerance else middle
 
     def _inertias(self, i: int) -> tuple[float, float]:
         """About an axis across the link, and along it."""
@@ -337,8 +354,8 @@ class _Chain:
             raise self._error("body", body, f"inertia (xx yy zz xy xz yz, z along) {' '.join(upper)} kg m^2", expected)
         return float(across), float(along)
 
-    def _outline(self, i: int) -> tuple[float, float]:
-        """Radius and half length of the capsule around the one geom of a link that collides, or the one that it has."""
+    def _geom(self, i: int) -> tuple[int, Array]:
+        """The one geom of a link that collides, or the one that it has, and its centre."""
         model, kinds, bodies = self.model, self.library.mjtGeom, self.links[i].bodies
         geoms = np.flatnonzero(np.isin(model.geom_bodyid, bodies))
         colliding = geoms[(model.geom_contype[geoms] | model.geom_conaffinity[geoms]) != 0]
@@ -349,13 +366,21 @@ class _Chain:
             raise self._error("body", bodies[0], " and ".join(names[:5]) or "no geom", expected)
         (geom,) = geoms.tolist()
         body = model.geom_bodyid[geom]
-        radius, half = model.geom_size[geom, :2].tolist() if names[0] != "sphere" else (model.geom_size[geom, 0], 0.0)
-        centre = self.origin[body] + self.turn[body] @ model.geom_pos[geom]
-        direction = self.turn[body] @ self._matrix(model.geom_quat[geom])[:, 2]
-        aside = np.linalg.norm(centre - self.masses[i][1]) + half * np.linalg.norm(np.cross(direction, self.frame[2]))
+        return geom, self.origin[body] + self.turn[body] @ model.geom_pos[geom]
+
+    def _outline(self, i: int) -> tuple[float, float]:
+        """Radius and half length of the capsule around the geom of a link."""
+        model, (geom, centre) = self.model, self._geom(i)
+        kind = self.library.mjtGeom(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
+        radius, half = model.geom_size[geom, :2].tolist() if kind != "sphere" else (model.geom_size[geom, 0], 0.0)
+        direction = self.turn[model.geom_bodyid[geom]] @ self._matrix(model.geom_quat[geom])[:, 2]
+        middle = np.linalg.norm(self._local(centre) - (0.0, 0.0, self.middles[i]))
+        aside = middle + half * np.linalg.norm(np.cross(direction, self.frame[2]))
         if aside > self.tolerance:
-            expected = f"one around the CG along the link, within {self.tolerance:g} m or a larger tolerance="
-            raise self._error("geom", geom, f"{names[0]} {aside:g} m aside", expected)
+            expected = (
+                f"one around the middle of the link, along it, within {self.tolerance:g} m or a larger tolerance="
+            )
+            raise self._error("geom", geom, f"{kind} {aside:g} m aside", expected)
         return float(radius), half
 
     def _axes(self, link: _Link) -> Any:

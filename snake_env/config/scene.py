@@ -56,6 +56,10 @@ class Scene(Section):
             first of ``friction`` is then that of one that slides forward. None: as forward. Planar and spatial models
             with the method "implicit".
         rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model only.
+        spin_friction: radius R of the disc of uniform pressure under each CG that resists turning [m], >= 0. Its moment
+            is set-valued, at most 2/3 R m g times the mean over all directions of sqrt((mu_x sin)^2 + (mu_y cos)^2),
+            and does not depend on sliding. 0: a point, which resists no turning. The planar model with the method
+            "implicit" only; the end spheres of the spatial model resist turning.
         stribeck: how friction falls in sliding; not in the minimal model.
         viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the minimal model only.
         friction_law: "set-valued", the exact Coulomb law; for the minimal model also "arctan" (T 6.21), a box, and
@@ -73,6 +77,7 @@ class Scene(Section):
     friction: tuple[float, float] = _GROUND.friction
     friction_backward: float | None = _GROUND.friction_backward
     rolling_friction: float = _GROUND.rolling_friction
+    spin_friction: float = _GROUND.spin_friction
     stribeck: Stribeck = Stribeck()
     viscous: tuple[float, float] = _GROUND.viscous
     friction_law: str = _GROUND.friction_law

@@ -64,5 +64,6 @@ def _state(trajectory: Trajectory, k: int) -> State:
         path=np.empty((0, 2)),
         link_half_length=per_link(robot.contact_half_length, links),
         link_radius=per_link(robot.radius, links),
+        link_cg_offset=per_link(robot.cg_offset, links),
         **three,
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from snake_env.config import Scene
 from snake_env.config.robot import per_link
-from snake_env.state import State
+from snake_env.state import State, centre_line
 from snake_env.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ class Frames:
 
     Attributes:
         time: (T,) [s].
-        position: (T, L, 3) CGs [m].
+        position: (T, L, 3) middles of the links [m].
         quaternion: (T, L, 4) w first, from a frame whose z axis is the centre line of a link.
         force: (T, L, 3) of the obstacles on each link [N].
         joint_angle: (T, joints) [rad], yaw angles before pitch angles in 3D.
@@ -50,11 +50,12 @@ class Frames:
     def of_trajectory(cls, trajectory: Trajectory) -> Frames:
         """The samples of a scripted run."""
         robot = trajectory.robot
-        radius = per_link(robot.radius, robot.links)
+        radius, offset = (per_link(value, robot.links) for value in (robot.radius, robot.cg_offset))
+        turn = _orientation(trajectory.angle, trajectory.quaternion)
         return cls(
             trajectory.time,
-            _raised(trajectory.position, radius),
-            _orientation(trajectory.angle, trajectory.quaternion),
+            _raised(trajectory.position, radius) + offset[:, np.newaxis] * centre_line(turn),
+            turn,
             _spatial(trajectory.contact_force),
             _flat(trajectory.joint_angle),
             _flat(trajectory.joint_torque),
@@ -71,10 +72,12 @@ class Frames:
         three = first.link_quaternion is not None
         angle = None if three else np.stack([np.asarray(state.link_angle) for state in states])
         quaternion = np.stack([np.asarray(state.link_quaternion) for state in states]) if three else None
+        turn = _orientation(angle, quaternion)
         return cls(
             stack["time"],
-            _raised(stack["link_position"], first.link_radius),
-            _orientation(angle, quaternion),
+            _raised(stack["link_position"], first.link_radius)
+            + first.link_cg_offset[:, np.newaxis] * centre_line(turn),
+            turn,
             _spatial(stack["contact_force"]),
             _flat(stack["joint_angle"]),
             _flat(stack["joint_torque"]),

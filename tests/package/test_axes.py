@@ -124,10 +124,22 @@ def test_environments_have_an_action_and_observations_for_each_axis(mode, action
     envs.close()
 
 
-@pytest.mark.parametrize(("axes", "broken"), [(ALTERNATING, {}), (MIXED, {}), (MIXED, {"locked": (2,), "limp": (5,)})])
-def test_chains_of_hinges_fly_as_in_mujoco(axes, broken):
+OFFSETS = [0.05, -0.03, 0.0, 0.02, -0.05, 0.04, -0.02]
+
+
+@pytest.mark.parametrize(
+    ("axes", "fields"),
+    [
+        (ALTERNATING, {}),
+        (MIXED, {}),
+        (MIXED, {"locked": (2,), "limp": (5,)}),
+        (ALTERNATING, {"cg_offset": np.multiply(0.4, OFFSETS)}),
+        (MIXED, {"cg_offset": OFFSETS}),
+    ],
+)
+def test_chains_of_hinges_fly_as_in_mujoco(axes, fields):
     mujoco = pytest.importorskip("mujoco")
-    robot = Robot(links=7, axes=axes, gravity=1e-9, joint_limit=np.inf, self_contact=False, **broken)
+    robot = Robot(links=7, axes=axes, gravity=1e-9, joint_limit=np.inf, self_contact=False, **fields)
     count = len(robot.joint_axes)
     bent = 0.4 * np.sin(1.7 * np.arange(count))
     start = Start(position=(0.0, 0.0, 5.0), heading=0.7, roll=0.3, pitch=0.2, posture=bent)

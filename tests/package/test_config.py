@@ -40,6 +40,7 @@ SECTIONS = [
         for name in ("length", "radius", "mass", "inertia", "roll_inertia")
     ],
     (Robot, "contact_half_length", [-1e-9, NAN, [0.1] * 12, "x"]),
+    (Robot, "cg_offset", [-0.061, 0.061, NAN, INF, [0.01] * 12, [0.07] * 11, "x", None]),
     (Robot, "backlash", [-0.1, 2.0, NAN, "x", None, [0.0] * 10]),
     (Robot, "self_contact", [2, "x", 0.5]),
     (Robot, "joint_limit", [0.0, -1.0, NAN, "x", [1.0] * 9]),
@@ -55,6 +56,7 @@ SECTIONS = [
     (Scene, "friction", [0.2, (0.2,), (0.2, 0.2, 0.2), (-0.1, 0.2), (0.2, NAN), "x"]),
     (Scene, "friction_backward", [-0.1, NAN, INF, "x", (0.1, 0.1)]),
     (Scene, "rolling_friction", [-0.1, NAN, INF, "x", None, (0.02, 0.02)]),
+    (Scene, "spin_friction", [-0.1, NAN, INF, "x", None, (0.02, 0.02)]),
     (Scene, "viscous", [(-0.1, 0.0), (0.1,), (0.1, NAN), "x"]),
     (Scene, "slope", [0.1, (0.1,), (-0.1, 0.0), (1.6, 0.0), (NAN, 0.0), (0.1, INF), "x", None]),
     (Scene, "friction_law", ["sticky", None]),

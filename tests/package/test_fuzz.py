@@ -201,11 +201,15 @@ def admissible(draw):
     links = draw(st.integers(2, 12))
     per_link = positive | st.lists(positive, min_size=links, max_size=links)
     length, radius = draw(positive), draw(positive)
+    methods = [{"method": "implicit", "order": 1}, {"method": "implicit", "order": 2}, {"method": "thesis"}]
+    integrator = draw(st.sampled_from(methods))
+    offset = 0.0 if integrator["method"] == "thesis" else draw(st.floats(-0.49, 0.49)) * length
     robot = Robot(
         links=links,
         mass=draw(per_link),
         inertia=draw(per_link),
         length=length,
+        cg_offset=offset,
         radius=radius,
         # Links that overlap in the straight robot cannot touch each other.
         self_contact=None if length > Robot().contact_half_length + radius else False,
@@ -215,7 +219,6 @@ def admissible(draw):
     mu = st.floats(0.0, 1e3)
     gains = st.floats(0.0, 1e9)
     limit = draw(st.none() | positive)
-    methods = [{"method": "implicit", "order": 1}, {"method": "implicit", "order": 2}, {"method": "thesis"}]
     return {
         "robot": robot,
         "scene": Scene(obstacles=pegs, friction=(draw(mu), draw(mu))),
@@ -223,7 +226,7 @@ def admissible(draw):
         "gait": Gait(
             amplitude=draw(st.floats(-3.1, 3.1)), omega=draw(st.floats(-100, 100)), beta=draw(st.floats(-10, 10))
         ),
-        "integrator": Integrator(**draw(st.sampled_from(methods)), step=0.02, max_iterations=200),
+        "integrator": Integrator(**integrator, step=0.02, max_iterations=200),
     }
 
 

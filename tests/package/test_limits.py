@@ -216,6 +216,7 @@ EXTREMES = {
     "length": [1e-9, 1e6],
     "radius": [1e-9, 1e6],
     "contact_half_length": [0.0, 1e6],
+    "cg_offset": [-0.061 + 1e-12, 0.061 - 1e-12],
 }
 
 

@@ -184,6 +184,7 @@ def test_obstacles_stop_a_robot():
         (Scene(obstacles=[Box(size=(0.2, 0.2), x=0.5, y=0.0, height=0.1)], friction=(0.2, 0.5)), {}, "scene.friction"),
         (Scene(stribeck=Stribeck(drop=0.3)), {}, "scene"),
         (Scene(viscous=(0.1, 0.1)), {}, "scene"),
+        (Scene(spin_friction=0.05), {}, "scene.spin_friction"),
         (Scene(friction_law="ellipse"), {}, "scene.friction_law"),
         (Scene(), {"robot": Robot.aiko()}, "robot.backlash"),
         (Scene(), {"controller": PD(active_from=0.1)}, "controller.active_from"),
@@ -202,8 +203,8 @@ def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
     [
         (
             Robot,
-            "links length contact_half_length radius mass inertia roll_inertia gravity self_contact joint_limit axes "
-            "locked limp motor",
+            "links length contact_half_length radius mass cg_offset inertia roll_inertia gravity self_contact "
+            "joint_limit axes locked limp motor",
             "backlash",
             "",
         ),
@@ -211,7 +212,7 @@ def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
         (
             Scene,
             "obstacles friction slope",
-            "friction_backward stribeck viscous friction_law",
+            "friction_backward spin_friction stribeck viscous friction_law",
             "rolling_friction smoothing course",
         ),
         (PD, "kp kd torque_limit", "active_from treatment", "law"),

@@ -37,7 +37,7 @@ def test_the_arrays_have_the_documented_shapes(env_id):
         assert getattr(state, name).shape == (3, links - 1, *per_joint), name
     assert (state.link_angle is None) == in_space
     assert (state.link_quaternion is None) != in_space
-    assert state.link_half_length.shape == state.link_radius.shape == (links,)
+    assert state.link_half_length.shape == state.link_radius.shape == state.link_cg_offset.shape == (links,)
     for name, array in state.arrays().items():
         assert array.dtype == np.float64, name
         assert array.flags.c_contiguous, name
@@ -50,7 +50,7 @@ def test_the_arrays_have_the_documented_shapes(env_id):
 def test_the_layout_describes_what_the_state_holds(env_id):
     env = gym.make_vec(env_id, num_envs=2)
     described = {row["name"]: (2, *row["shape"]) for row in env.unwrapped.layout["state"]}
-    described |= dict.fromkeys(("link_half_length", "link_radius"), (11,))
+    described |= dict.fromkeys(("link_half_length", "link_radius", "link_cg_offset"), (11,))
     env.reset(seed=0)
     found = {name: array.shape for name, array in env.unwrapped.state().arrays().items()}
     assert found.pop("obstacles")[0::2] == (2, 3)

@@ -23,7 +23,7 @@ def from_text(tmp_path):
     return read
 
 
-QUANTITIES = ("length", "mass", "inertia", "roll_inertia", "radius", "contact_half_length")
+QUANTITIES = ("length", "mass", "inertia", "roll_inertia", "radius", "contact_half_length", "cg_offset")
 UNEVEN = np.linspace(1.0, 1.5, 7)
 
 
@@ -40,12 +40,13 @@ def bounds(robot):
         Robot(),
         Robot(links=2, axes="yaw", gravity=3.7),
         Robot(links=7, axes=["yaw", "pitch"] * 3, **dict.fromkeys(QUANTITIES, 0.1 * UNEVEN) | {"length": UNEVEN}),
+        Robot(links=4, axes="yaw", cg_offset=[-0.05, 0.02, 0.0, 0.06]),
         Robot(links=6, axes=["yaw", "roll", (1.0, 2.0, 3.0), "both", (0.0, -1.0, 0.0)], self_contact=False),
         Robot(links=5, axes=["pitch", "yaw", "both", "roll"], joint_limit=[(-0.3, 1.2), 0.4, (0.0, 1.0), np.inf]),
         Robot(links=5, axes=["pitch", "yaw", "both", "both"], locked=(0, 2), limp=(3,)),
         Robot(links=4, limp=(1,), motor=Motor(rotor_inertia=1e-3, gear_friction=0.1, gear_damping=0.02)),
     ],
-    ids=["aiko", "two", "uneven", "axes", "limits", "broken", "motor"],
+    ids=["aiko", "two", "uneven", "offset", "axes", "limits", "broken", "motor"],
 )
 def test_a_robot_survives_the_way_through_a_file(robot, from_text):
     """Of scenes on a slope, with obstacles, at any place."""
@@ -328,7 +329,7 @@ OFF = '<option><flag {}="disable"/></option>'
         (third(CUBE), ', body "c" = box: expected one capsule, cylinder or sphere', OUTLINE),
         (
             third(INERTIA.format(2) + '<geom name="g" type="capsule" size="0.02 0.03" pos="0.05 0 0"/>'),
-            ', body "c", geom "g" = capsule 0.03 m aside: expected one around the CG along the link',
+            ', body "c", geom "g" = capsule 0.03 m aside: expected one around the middle of the link',
             OUTLINE,
         ),
         (
@@ -372,6 +373,22 @@ def test_the_largest_limit_in_a_file_is_that_of_the_spatial_model(from_text):
     robot = from_text(third(joints=PITCH.replace("/>", ' range="-3.13 3.13"/>')))
     assert robot.joint_limit == (np.inf, 3.13)
     simulate(model="spatial", robot=robot, start=Start(posture="straight"), duration=0.1)
+
+
+FRONT = INERTIA.format(2).replace("0.05", "{}") + BALL + AT
+
+
+def test_cgs_are_where_they_are_on_the_line(from_text):
+    """In front of the middle towards the head, link by link; the outline is the middle of a link at an end."""
+    text = chain(body("c", PITCH, FRONT.format(0.065)))
+    assert from_text(text).cg_offset == (0.0, 0.0, -0.015)
+    assert from_text(text, cg_offset=0.01).cg_offset == 0.01
+    assert from_text(text, length=0.1, **OUTLINE).cg_offset == 0.0
+    # Without outlines the CG at an end is the middle.
+    assert from_text(text, **OUTLINE).length == (0.1, 0.1, 0.13)
+    off = "CG 0.06 m off the middle of the link: expected less than half of its length, 0.05 m; or length="
+    with pytest.raises(ConfigError, match=f'body "c" = {off}'):
+        from_text(chain(body("c", PITCH, FRONT.format(-0.01))))
 
 
 def test_cgs_aside_of_the_line_are_refused_whatever_the_length(from_text):

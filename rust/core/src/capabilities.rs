@@ -74,12 +74,14 @@ pub enum Feature {
     Bodies,
     StribeckEffect,
     Skin,
+    SpinFriction,
     Backlash,
     SelfContact,
     JointLimits,
     BrokenJoints,
     Motors,
     Hinges,
+    CgOffset,
     IoLinearization,
     HeldTorques,
     MeasurementNoise,
@@ -104,7 +106,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 22] = {
+pub const CAPABILITIES: [Capability; 24] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -117,12 +119,14 @@ pub const CAPABILITIES: [Capability; 22] = {
         row(Feature::Bodies, "height fields, polyhedra and cylinders", "vertical bodies", [Never, Implicit, Never]),
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
         row(Feature::Skin, "friction that differs forward and backward", "None", [Implicit, Implicit, Never]),
+        row(Feature::SpinFriction, "friction of the ground against spin of a link", "0", [Implicit, Never, Never]),
         row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Implicit, Never]),
         row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Implicit, Never]),
         row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Implicit, Never]),
         row(Feature::BrokenJoints, "locked and limp joints", "()", [Implicit, Implicit, Implicit]),
         row(Feature::Motors, "a motor with rotor and gear", "None", [Implicit, Implicit, Never]),
         row(Feature::Hinges, "a hinge instead of a cardan joint", "\"both\"", [Never, Implicit, Never]),
+        row(Feature::CgOffset, "a CG off the middle of its link", "0", [Implicit, Implicit, Never]),
         row(Feature::IoLinearization, "input-output linearisation", "\"pd\"", [Always, Never, Always]),
         row(Feature::HeldTorques, "a torque held over steps or periods", "\"implicit\"", [Never, Never, Always]),
         row(Feature::MeasurementNoise, "noise on the controller's measurements", "None", [Never, Never, Always]),
@@ -208,6 +212,7 @@ pub fn require_supported(
         let expected = "None with an input-output linearising controller, whose model is symmetric";
         require(!differs || controller.law == ControlLaw::Pd, "scene.friction_backward", backward, expected)?;
     }
+    Feature::SpinFriction.require(on, scene.spin_friction != 0.0, "scene.spin_friction", scene.spin_friction)?;
     let viscous = scene.viscous;
     Feature::ViscousFriction.require(on, viscous != [0.0; 2], "scene.viscous", format!("{viscous:?}"))?;
     let law = scene.friction_law;
@@ -219,6 +224,8 @@ pub fn require_supported(
     Feature::HeldTorques.require(on, held, "controller.treatment", controller.treatment)?;
     Feature::Backlash.require(on, robot.backlash != 0.0, "robot.backlash", robot.backlash)?;
     Feature::Motors.require(on, robot.motor.is_some(), "robot.motor", "Motor(...)")?;
+    let offset = robot.cg_offset.values().iter().copied().find(|offset| *offset != 0.0);
+    Feature::CgOffset.require(on, offset.is_some(), "robot.cg_offset", offset.unwrap_or_default())?;
     Feature::SelfContact.require(on, robot.self_contact == Some(true), "robot.self_contact", "True")?;
     let is_limited = robot.joint_limit.as_ref().is_some_and(JointLimit::is_any);
     let value = match robot.joint_limit {

@@ -10,7 +10,7 @@ pub use motor::Motor;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::error::{ConfigError, integer_in, length, length_or_zero, positive, require, within};
+use crate::error::{ConfigError, finite, integer_in, length, length_or_zero, positive, require, within};
 
 /// A quantity given once for all links or link by link.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,10 +34,22 @@ impl PerLink {
         let expected = format!("a number, or a list of {links} numbers (one a link)");
         require(values.len() == links, field, format!("{} values", values.len()), &expected)?;
         for (i, &value) in values.iter().enumerate() {
-            let name = if matches!(self, PerLink::Each(_)) { format!("{field}[{i}]") } else { field.to_owned() };
-            check(&name, value)?;
+            check(&self.name(field, i), value)?;
         }
         Ok(values)
+    }
+
+    /// The values that were given.
+    pub fn values(&self) -> &[f64] {
+        match self {
+            PerLink::Same(value) => std::slice::from_ref(value),
+            PerLink::Each(values) => values,
+        }
+    }
+
+    /// The name of a link's value.
+    fn name(&self, field: &str, link: usize) -> String {
+        if matches!(self, PerLink::Each(_)) { format!("{field}[{link}]") } else { field.to_owned() }
     }
 }
 
@@ -56,6 +68,8 @@ pub struct RobotConfig {
     pub radius: PerLink,
     /// Link mass m_i \[kg\].
     pub mass: PerLink,
+    /// How far the CG lies in front of the middle of the link, on its axis and towards the head \[m\].
+    pub cg_offset: PerLink,
     /// Moment of inertia about an axis across the link through the CG, Theta_psi,i \[kg m^2\].
     pub inertia: PerLink,
     /// Moment of inertia about the link's centre line, Theta_rho,i \[kg m^2\]; the spatial model only.
@@ -96,6 +110,7 @@ impl Default for RobotConfig {
             contact_half_length: PerLink::Same(0.0393),
             radius: PerLink::Same(0.0525),
             mass: PerLink::Same(7.5 / 11.0),
+            cg_offset: PerLink::Same(0.0),
             inertia: PerLink::Same(1.32e-3),
             roll_inertia: PerLink::Same(9.40e-4),
             gravity: 9.81,
@@ -117,14 +132,32 @@ pub struct Link {
     pub contact_half_length: f64,
     pub radius: f64,
     pub mass: f64,
+    /// From the middle of the link towards the head to the CG.
+    pub cg_offset: f64,
     pub inertia: f64,
     pub roll_inertia: f64,
 }
 
 impl Link {
+    /// Distances of the CG from the joint in front of the link and from that behind it \[m\].
+    pub fn arms(&self) -> [f64; 2] {
+        [0.5 * self.length - self.cg_offset, 0.5 * self.length + self.cg_offset]
+    }
+
+    /// Coordinates along the centre line, from the CG towards the next link, at which the straight sides of the contact
+    /// outline begin and end \[m\].
+    pub fn sides(&self) -> [f64; 2] {
+        [self.cg_offset - self.contact_half_length, self.cg_offset + self.contact_half_length]
+    }
+
     /// Farthest point of the link's contact outline from its CG \[m\].
     pub fn reach(&self) -> f64 {
-        self.contact_half_length + self.radius
+        self.contact_half_length + self.radius + self.cg_offset.abs()
+    }
+
+    /// Largest distance of the CGs of neighbours \[m\].
+    pub fn farthest_neighbours(links: &[Link]) -> f64 {
+        links.windows(2).map(|pair| pair[0].arms()[1] + pair[1].arms()[0]).fold(0.0, f64::max)
     }
 }
 
@@ -166,6 +199,11 @@ impl Robot {
         let half = config.contact_half_length.expand("contact_half_length", n, length_or_zero)?;
         let radius = config.radius.expand("radius", n, length)?;
         let mass = config.mass.expand("mass", n, positive)?;
+        let offset = config.cg_offset.expand("cg_offset", n, finite)?;
+        for (i, (&offset, &length)) in offset.iter().zip(&lengths).enumerate() {
+            let expected = format!("a distance < {}, half of the link", 0.5 * length);
+            require(offset.abs() < 0.5 * length, &config.cg_offset.name("cg_offset", i), offset, &expected)?;
+        }
         let inertia = config.inertia.expand("inertia", n, positive)?;
         let roll_inertia = config.roll_inertia.expand("roll_inertia", n, positive)?;
         let links = (0..n)
@@ -174,6 +212,7 @@ impl Robot {
                 contact_half_length: half[i],
                 radius: radius[i],
                 mass: mass[i],
+                cg_offset: offset[i],
                 inertia: inertia[i],
                 roll_inertia: roll_inertia[i],
             })
@@ -247,7 +286,10 @@ impl Robot {
         let middle = self.links.len() / 2;
         let length = |links: &[Link]| links.iter().map(|link| link.length).sum::<f64>();
         let longer = length(&self.links[..middle]).max(length(&self.links[middle + 1..]));
-        0.5 * self.links[middle].length + longer + self.links.iter().map(Link::reach).fold(0.0, f64::max)
+        0.5 * self.links[middle].length
+            + self.links[middle].cg_offset.abs()
+            + longer
+            + self.links.iter().map(Link::reach).fold(0.0, f64::max)
     }
 
     /// Rejects links that are not neighbours and overlap although the robot is straight, where they are farthest apart: if
@@ -261,7 +303,8 @@ impl Robot {
             let apart = 0.5 * (first.length + last.length) + middle.length;
             let expected =
                 format!("links {i} and {} that are apart in the straight robot, or self_contact=False", i + 2);
-            require(apart > first.reach() + last.reach(), &format!("length[{}]", i + 1), middle.length, &expected)?;
+            let outline = |link: &Link| link.contact_half_length + link.radius;
+            require(apart > outline(first) + outline(last), &format!("length[{}]", i + 1), middle.length, &expected)?;
         }
         Ok(())
     }

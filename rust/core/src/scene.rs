@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, non_negative, positive, require};
+use crate::error::{ConfigError, length_or_zero, non_negative, positive, require};
 use crate::laws::{Skin, Stribeck};
 use crate::obstacles::Obstacle;
 use crate::slope::Slope;
@@ -43,6 +43,8 @@ pub struct SceneConfig {
     pub friction_backward: Option<f64>,
     /// Rolling friction coefficient mu_V (T 4.87); the spatial model only.
     pub rolling_friction: f64,
+    /// Radius of the disc under each CG that resists turning, zero for a point; the planar model only \[m\].
+    pub spin_friction: f64,
     /// How friction falls in sliding (T 7.5.4); not the minimal model.
     pub stribeck: Stribeck,
     /// Viscous coefficients along and across a link, (mu_Vx, mu_Vy) \[s/m\]; the minimal model only.
@@ -61,6 +63,7 @@ impl Default for SceneConfig {
             friction: [0.2, 0.2],
             friction_backward: None,
             rolling_friction: 0.02,
+            spin_friction: 0.0,
             stribeck: Stribeck::default(),
             viscous: [0.0; 2],
             friction_law: FrictionLawName::SetValued,
@@ -80,6 +83,7 @@ pub struct Scene {
     pub friction: [f64; 2],
     pub friction_backward: Option<f64>,
     pub rolling_friction: f64,
+    pub spin_friction: f64,
     pub stribeck: Stribeck,
     pub slope: Slope,
 }
@@ -101,6 +105,7 @@ impl Scene {
             require(!has_slopes, "friction_backward", backward, expected)?;
         }
         let rolling_friction = non_negative("rolling_friction", config.rolling_friction)?;
+        let spin_friction = length_or_zero("spin_friction", config.spin_friction)?;
         let (friction, stribeck, slope) = (config.friction, config.stribeck, config.slope);
         slope.validate()?;
         stribeck.validate().map_err(|e| e.inside("stribeck"))?;
@@ -108,7 +113,7 @@ impl Scene {
         non_negative("viscous[1]", config.viscous[1])?;
         positive("smoothing", config.smoothing)?;
         let obstacles = config.obstacles.clone();
-        Ok(Self { obstacles, friction, friction_backward, rolling_friction, stribeck, slope })
+        Ok(Self { obstacles, friction, friction_backward, rolling_friction, spin_friction, stribeck, slope })
     }
 
     /// Coefficients of sliding friction along and across a link, the larger ones along, and the skin.

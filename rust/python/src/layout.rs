@@ -16,8 +16,8 @@ use crate::ffi::{CoreError, detached};
 
 /// Describes the environment of a configuration: "observation", "action", "reward", "signals" and "state" entry by
 /// entry, "on_request", the names of the blocks that only `observation_blocks` adds, "control_period" \[s\],
-/// "link_half_length" and "link_radius" of the contact shape \[m\], and "config", the whole configuration with its
-/// defaults.
+/// "link_half_length" and "link_radius" of the contact shape and "link_cg_offset" \[m\], and "config", the whole
+/// configuration with its defaults.
 #[pyfunction]
 pub fn layout<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
     let config = environment_config(config).map_err(CoreError::from)?;
@@ -39,6 +39,7 @@ fn describe<'py, M: RobotModel>(py: Python<'py>, config: &EnvConfig) -> PyResult
     dict.set_item("control_period", config.control_period)?;
     let links = &environment.robot().links;
     dict.set_item("link_half_length", links.iter().map(|link| link.contact_half_length).collect::<Vec<_>>())?;
+    dict.set_item("link_cg_offset", links.iter().map(|link| link.cg_offset).collect::<Vec<_>>())?;
     dict.set_item("link_radius", links.iter().map(|link| link.radius).collect::<Vec<_>>())?;
     dict.set_item("config", pythonize(py, config)?)?;
     Ok(dict)

@@ -62,8 +62,8 @@ fn direction(angle: f64) -> Vector3<f64> {
 }
 
 impl Capsule {
-    fn of(link: &Link, middle: Vector3<f64>, axis: Vector3<f64>) -> Self {
-        Self { middle, axis, half_length: link.contact_half_length, radius: link.radius }
+    fn of(link: &Link, cg: Vector3<f64>, axis: Vector3<f64>) -> Self {
+        Self { middle: cg + axis * link.cg_offset, axis, half_length: link.contact_half_length, radius: link.radius }
     }
 
     fn ends(&self) -> [Vector3<f64>; 2] {

@@ -55,6 +55,7 @@ fn add_links(stage: &mut Stage, links: usize, random: &mut Rng) {
             mass,
             inertia: inertia_factor * mass * length * length,
             half_length: 0.5 * length,
+            cg_offset: 0.0,
             friction,
         });
     }

@@ -3,6 +3,7 @@
 pub mod allocation;
 pub mod friction_scenes;
 pub mod golden;
+pub mod pair;
 pub mod planar;
 pub mod planar_stage;
 pub mod spatial;

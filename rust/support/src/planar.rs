@@ -140,8 +140,9 @@ pub fn momentum(robot: &Robot, state: &PlanarState) -> (Vector2<f64>, f64) {
 pub fn moving_chain(robot: &Robot, pose: &[Pose], head: Twist, omega: &[f64]) -> PlanarState {
     let mut twist = vec![head; pose.len()];
     for i in 1..pose.len() {
-        let arm = |k: usize| Vector2::new(-pose[k].z.sin(), pose[k].z.cos()) * (0.5 * robot.links[k].length);
-        let v = twist[i - 1].xy() + arm(i - 1) * twist[i - 1].z + arm(i) * omega[i - 1];
+        let lateral = |k: usize| Vector2::new(-pose[k].z.sin(), pose[k].z.cos());
+        let [rear, front] = [robot.links[i - 1].arms()[1], robot.links[i].arms()[0]];
+        let v = twist[i - 1].xy() + lateral(i - 1) * (rear * twist[i - 1].z) + lateral(i) * (front * omega[i - 1]);
         twist[i] = Twist::new(v.x, v.y, omega[i - 1]);
     }
     PlanarState { time: 0.0, pose: pose.to_vec(), twist }

@@ -25,8 +25,9 @@ pub fn joint_directions(stage: &Stage) -> DMatrix<f64> {
             let link = &stage.links[k];
             w[(3 * k, 2 * i)] = sign;
             w[(3 * k + 1, 2 * i + 1)] = sign;
-            w[(3 * k + 2, 2 * i)] = -link.half_length * link.heading.sin;
-            w[(3 * k + 2, 2 * i + 1)] = link.half_length * link.heading.cos;
+            let arm = link.half_length + sign * link.cg_offset;
+            w[(3 * k + 2, 2 * i)] = -arm * link.heading.sin;
+            w[(3 * k + 2, 2 * i + 1)] = arm * link.heading.cos;
         }
     }
     w
@@ -45,6 +46,7 @@ pub fn after_impact(robot: &Robot, state: &PlanarState, w: &DVector<f64>) -> Vec
         mass: link.mass,
         inertia: link.inertia,
         half_length: 0.5 * link.length,
+        cg_offset: link.cg_offset,
         friction: Vector2::zeros(),
     }));
     let w_j = joint_directions(&stage);
@@ -69,12 +71,13 @@ pub fn admissible_motions(stage: &Stage) -> DMatrix<f64> {
     }
     for k in 0..n {
         let link = &stage.links[k];
-        let arm = Vector2::new(-link.heading.sin, link.heading.cos) * link.half_length;
+        let lateral = Vector2::new(-link.heading.sin, link.heading.cos);
+        let [front, rear] = [-1.0, 1.0].map(|side| lateral * (link.half_length + side * link.cg_offset));
         b[(3 * k + 2, k + 2)] = 1.0;
         // Link 1 turns about its CG; every other link about its near joint.
-        let own = if k == 0 { Vector2::zeros() } else { arm };
+        let own = if k == 0 { Vector2::zeros() } else { front };
         for i in k..n {
-            let moved = if i == k { own } else { own + arm };
+            let moved = if i == k { own } else { own + rear };
             b[(3 * i, k + 2)] = moved.x;
             b[(3 * i + 1, k + 2)] = moved.y;
         }
@@ -250,6 +253,7 @@ pub fn random_stage(kind: Kind, random: &mut Random) -> Stage {
             mass,
             inertia: mass * random.between(1e-3, 4e-3),
             half_length: random.between(0.04, 0.08),
+            cg_offset: 0.0,
             friction,
         });
     }
@@ -273,6 +277,9 @@ pub fn random_stage(kind: Kind, random: &mut Random) -> Stage {
         stage.contacts.push(StageContact { link, direction, offset: random.between(0.0, 0.02) });
     }
     stage.contacts.sort_by_key(|contact| contact.link);
+    for link in &mut stage.links {
+        link.cg_offset = random.between(-0.9, 0.9) * link.half_length;
+    }
     stage
 }
 

@@ -11,13 +11,15 @@ pub fn random_vector(random: &mut Random, size: f64) -> Vector3<f64> {
 }
 
 pub fn random_link(random: &mut Random) -> Link {
+    let length = random.between(0.05, 0.3);
     Link {
-        length: random.between(0.05, 0.3),
+        length,
         contact_half_length: random.between(0.0, 0.15),
         radius: random.between(0.01, 0.1),
         mass: random.between(0.1, 2.0),
         inertia: random.magnitude(1e-4, 1e-2),
         roll_inertia: random.magnitude(1e-4, 1e-2),
+        cg_offset: random.between(-0.45, 0.45) * length,
     }
 }
 

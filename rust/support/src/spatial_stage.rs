@@ -91,8 +91,9 @@ fn axes_of(stage: &Stage) -> impl Iterator<Item = (usize, usize)> {
 fn jacobian_of(stage: &Stage) -> DMatrix<f64> {
     let n = stage.links.len();
     let axes: Vec<_> = axes_of(stage).collect();
-    let half_length = stage.links.iter().map(|link| link.half_length).collect();
-    let shape = ChainShape { half_length, axes: (0..n - 1).map(|j| stage.axes_of(j)).collect() };
+    let arms =
+        stage.links.iter().map(|link| [-1.0, 1.0].map(|side| link.half_length + side * link.cg_offset)).collect();
+    let shape = ChainShape { arms, axes: (0..n - 1).map(|j| stage.axes_of(j)).collect() };
     let frames = frames_of(stage);
     let mut jacobian = DMatrix::zeros(6 * n, 6 + axes.len());
     for k in 0..jacobian.ncols() {
@@ -135,9 +136,11 @@ fn frames_of(stage: &Stage) -> Vec<Frame> {
     let mut frames: Vec<Frame> = Vec::new();
     for link in &stage.links {
         let rear = frames.last().map_or(Vector3::zeros(), |before| {
-            before.position + before.axes[2] * stage.links[frames.len() - 1].half_length
+            let last = &stage.links[frames.len() - 1];
+            before.position + before.axes[2] * (last.half_length + last.cg_offset)
         });
-        frames.push(Frame { position: rear + link.axes[2] * link.half_length, axes: link.axes });
+        let position = rear + link.axes[2] * (link.half_length - link.cg_offset);
+        frames.push(Frame { position, axes: link.axes });
     }
     frames
 }
@@ -152,7 +155,8 @@ fn contact_rows(stage: &Stage) -> DMatrix<f64> {
     for (i, link) in stage.links.iter().enumerate() {
         let along = link.tangent.push(0.0);
         for end in 0..2 {
-            let arm = link.ground_arm(end);
+            let reach = link.cg_offset + if end == 0 { link.sphere } else { -link.sphere };
+            let arm = link.axes[2] * reach - Vector3::z() * link.radius;
             for (k, axis) in [Vector3::z(), along, Vector3::z().cross(&along)].iter().enumerate() {
                 set(8 * i + 3 * end + k, i, *axis, arm.cross(axis));
             }

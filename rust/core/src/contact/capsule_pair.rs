@@ -43,16 +43,16 @@ impl Capsule<'_> {
 
     /// Coordinate of the point of the centre line that is nearest to `point`.
     fn nearest(&self, point: &Vector3<f64>) -> f64 {
-        let half = self.link.contact_half_length;
-        (point - self.centre).dot(&self.axis).clamp(-half, half)
+        let [front, rear] = self.link.sides();
+        (point - self.centre).dot(&self.axis).clamp(front, rear)
     }
 
     fn end(&self, end: usize) -> f64 {
-        if end.is_multiple_of(2) { -self.link.contact_half_length } else { self.link.contact_half_length }
+        self.link.sides()[end % 2]
     }
 
     fn reaches(&self, s: f64) -> bool {
-        s.abs() < self.link.contact_half_length
+        (s - self.link.cg_offset).abs() < self.link.contact_half_length
     }
 }
 

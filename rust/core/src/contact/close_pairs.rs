@@ -10,7 +10,7 @@ use crate::robot::Link;
 pub struct ClosePairs<T: Real> {
     /// Positions of the links' CGs.
     centres: Vec<Vector2<T>>,
-    /// Upper bounds on the length of a link, and on twice its reach \[m\].
+    /// Upper bounds on the distance of neighbouring CGs, and on twice the reach of a link \[m\].
     longest: f64,
     reaches: f64,
     found: Vec<ClosePair<T::Mask>>,
@@ -26,7 +26,7 @@ impl<T: Real> ClosePairs<T> {
     pub fn new(links: &[Link]) -> Self {
         Self {
             centres: Vec::with_capacity(links.len()),
-            longest: links.iter().map(|link| link.length).fold(0.0, f64::max),
+            longest: Link::farthest_neighbours(links),
             reaches: 2.0 * links.iter().map(Link::reach).fold(0.0, f64::max),
             found: Vec::with_capacity(ROOM_PER_LINK * links.len()),
         }
@@ -35,8 +35,8 @@ impl<T: Real> ClosePairs<T> {
     /// Lists all pairs whose surfaces are within `margin` of each other in one of `lanes`, and some that are farther
     /// apart, in the order of their links.
     ///
-    /// Along the chain the distance from link `i` changes by at most the length of a link, so that a link that is far away
-    /// in all lanes rules out those after it.
+    /// Along the chain the distance from link `i` changes by at most the distance of neighbouring CGs, so that a link that
+    /// is far away in all lanes rules out those after it.
     #[inline(always)]
     pub fn find(&mut self, centres: impl Iterator<Item = Vector2<T>>, margin: T, lanes: T::Mask) {
         self.centres.clear();

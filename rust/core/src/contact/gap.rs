@@ -12,7 +12,7 @@ pub struct LinkContact {
     pub gap: f64,
     /// w_H with g_H' = w_H^T u_i for the link's twist u_i (T 3.16), (T 3.18).
     pub direction: Vector3<f64>,
-    /// Coordinate of the nearest point along the centre line \[m\].
+    /// Coordinate of the nearest point along the centre line, from the CG \[m\].
     pub along: f64,
     /// Whether another contact of the pair covers this one.
     pub is_redundant: bool,
@@ -59,7 +59,7 @@ pub fn link_obstacle_gap(
 /// Gap and force direction; `cos` and `sin` are those of the link's angle.
 ///
 /// The nearest point of the link's centre line to the peg's centre lies at
-/// `s = clamp((r_H - r_G) . e_x^B, -L_GS, L_GS)`. Inside the clamp this is the rectangle case
+/// `s = clamp((r_H - r_G) . e_x^B, -L_GS, L_GS)`, about the middle of the link. Inside the clamp this is the rectangle case
 /// (T 3.8)-(T 3.9), (T 3.16 != D1); on it one of the end caps (T 3.10)-(T 3.12), (T 3.18 != D1). In both, the
 /// normal `n` points from the peg to the link, and since moving `s` along the link changes the
 /// distance only to second order, g' = n . (v_G + omega s e_y^B).
@@ -87,7 +87,7 @@ fn link_wall_contact(
     feature: usize,
 ) -> LinkContact {
     let at = wall.separation(&centre_line(pose, cos, sin, link), feature);
-    let along = at.along * link.contact_half_length;
+    let along = at.along * link.contact_half_length + link.cg_offset;
     let lateral = Vector2::new(-sin, cos);
     LinkContact {
         gap: at.distance - link.radius,
@@ -106,7 +106,8 @@ pub fn wall_gap(pose: &Vector3<f64>, link: &Link, obstacles: &ObstacleGrid) -> f
 }
 
 fn centre_line(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link) -> CentreLine {
-    CentreLine { middle: pose.xy(), half: Vector2::new(cos, sin) * link.contact_half_length }
+    let axis = Vector2::new(cos, sin);
+    CentreLine { middle: pose.xy() + axis * link.cg_offset, half: axis * link.contact_half_length }
 }
 
 /// The contact of a link with an obstacle of a scene at one of the features that describe the pair; a peg has one.
@@ -135,6 +136,7 @@ pub fn touching_distance(link: &Link, obstacles: &ObstacleGrid, obstacle: usize)
 fn separation(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, peg: &Peg) -> (Vector2<f64>, f64) {
     let from_peg = Vector2::new(pose.x - peg.x, pose.y - peg.y);
     let axis = Vector2::new(cos, sin);
-    let s = (-from_peg.dot(&axis)).clamp(-link.contact_half_length, link.contact_half_length);
+    let [front, rear] = link.sides();
+    let s = (-from_peg.dot(&axis)).clamp(front, rear);
     (from_peg + axis * s, s)
 }

@@ -56,7 +56,7 @@ pub fn link_pair_contact(links: [&PlacedLink; 2], end: usize) -> LinkPairContact
 
 /// Coordinates along both centre lines of an end of one and the nearest point of the other.
 fn nearest_points([first, second]: [&PlacedLink; 2], end: usize) -> [f64; 2] {
-    let end_of = |link: &PlacedLink| link.link.contact_half_length * if end.is_multiple_of(2) { -1.0 } else { 1.0 };
+    let end_of = |link: &PlacedLink| link.link.sides()[end % 2];
     if end < 2 {
         let s = end_of(first);
         [s, second.nearest(&first.point(s))]
@@ -79,8 +79,7 @@ pub fn link_pair_gap(links: [&PlacedLink; 2]) -> f64 {
 pub fn centre_lines_cross(links: [&PlacedLink; 2]) -> bool {
     let [first, second] = links;
     let sides = |of: &PlacedLink, line: &PlacedLink| {
-        let half = of.link.contact_half_length;
-        [-half, half].map(|s| (of.point(s) - line.pose.xy()).dot(&line.lateral()))
+        of.link.sides().map(|s| (of.point(s) - line.pose.xy()).dot(&line.lateral()))
     };
     let apart = |[a, b]: [f64; 2]| a * b > 0.0 || (a == 0.0 && b == 0.0);
     !apart(sides(first, second)) && !apart(sides(second, first))
@@ -118,8 +117,8 @@ impl<'a> PlacedLink<'a> {
 
     /// Coordinate of the point of the centre line that is nearest to `point`.
     fn nearest(&self, point: &Vector2<f64>) -> f64 {
-        let half = self.link.contact_half_length;
-        (point - self.pose.xy()).dot(&self.axis).clamp(-half, half)
+        let [front, rear] = self.link.sides();
+        (point - self.pose.xy()).dot(&self.axis).clamp(front, rear)
     }
 
     /// e_y^B.

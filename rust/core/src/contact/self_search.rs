@@ -18,7 +18,7 @@ pub fn visit_close_pairs<const D: usize>(
     margin: f64,
     mut visit: impl FnMut(usize, usize),
 ) {
-    let longest = links.iter().map(|link| link.length).fold(0.0, f64::max);
+    let longest = Link::farthest_neighbours(links);
     let farthest = links.iter().map(Link::reach).fold(0.0, f64::max);
     for i in 0..links.len() {
         let mut j = i + 2;

@@ -12,6 +12,8 @@ pub struct BalancedLink<T> {
     pub inertia: T,
     /// L_i / 2 \[m\].
     pub half_length: T,
+    /// How far the CG lies in front of the middle \[m\].
+    pub cg_offset: T,
     pub mobility: Mobility<T>,
     /// Unit vector across the link.
     pub lateral: Vector2<T>,
@@ -51,8 +53,10 @@ impl<T: Real> ChainBalance<T> {
             applied.y + from_before.y - link.mass * change.y,
         );
         let to_next = if is_last { Vector2::new(zero, zero) } else { left };
+        // The impulses at both ends turn the link about its middle, and their sum about the CG.
         let pull = lateral.x * (from_before.x + to_next.x) + lateral.y * (from_before.y + to_next.y);
-        let moment = applied.z - link.half_length * pull - link.inertia * change.z;
+        let push = lateral.x * (from_before.x - to_next.x) + lateral.y * (from_before.y - to_next.y);
+        let moment = applied.z - link.half_length * pull + link.cg_offset * push - link.inertia * change.z;
         self.worst = worse(self.worst, moment.abs() * mobility.end);
         self.energy += half * moment * moment * mobility.moment;
         if is_last {

@@ -20,7 +20,7 @@ pub(crate) use disc::disc;
 pub use disc::{FrictionViolation, ellipse, ground};
 pub(crate) use half_line::half_line;
 pub use mobility::Mobility;
-pub(crate) use motor::{drive, gear, motor_impulse};
+pub(crate) use motor::{drive, motor_impulse, turning};
 pub(crate) use rows::rows;
 
 use crate::math::Real;

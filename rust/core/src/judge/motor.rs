@@ -21,10 +21,10 @@ pub(crate) fn motor_impulse<T: Real>(motor: &MotorRow<T>, gear: T, rate: T) -> T
     gear + inertia * reference - (inertia + damping) * rate
 }
 
-/// Violation of the law of a gear's friction, `-rate in N_[-b, b](P)`, behind a link of this mass and half length, as a
-/// velocity \[m/s\].
+/// Violation of the law of friction against turning, `-rate in N_[-b, b](P)`, of a link of this mass and half length or in
+/// the gear behind it, as a velocity \[m/s\].
 #[inline(always)]
-pub(crate) fn gear<T: Real>(motor: &MotorRow<T>, friction: T, rate: T, mass: T, half_length: T) -> T {
+pub(crate) fn turning<T: Real>(bound: T, friction: T, rate: T, mass: T, half_length: T) -> T {
     let lever = mass * half_length;
-    clamp(friction, friction - lever * (rate * half_length), motor.friction) / lever
+    clamp(friction, friction - lever * (rate * half_length), bound) / lever
 }

@@ -23,6 +23,7 @@ mod ellipse;
 mod half_line;
 mod interval;
 mod skin;
+mod spin;
 mod stribeck;
 
 pub use actuator::LimitedActuator;
@@ -34,6 +35,7 @@ pub use ellipse::Ellipse;
 pub use half_line::HalfLine;
 pub use interval::Interval;
 pub use skin::{Halves, Skin, Whole};
+pub use spin::spin_coefficient;
 pub use stribeck::{Stribeck, remaining};
 
 /// A closed convex set that contains the origin.

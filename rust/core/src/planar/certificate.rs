@@ -64,13 +64,17 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
     let last = stage.links.len() - 1;
     let mut contacts = stage.contacts.iter().zip(&solution.contact).peekable();
     for (i, link) in stage.links.iter().enumerate() {
-        let StageLink { mass, inertia, half_length, .. } = *link;
+        let StageLink { mass, inertia, half_length, cg_offset, .. } = *link;
         let mobility = Mobility::of(mass, inertia, half_length);
         let u = &solution.twist[i];
         let slip = link.heading.to_link(u.xy());
         let friction = judge::ground(&link.friction, shares, &slip, &solution.friction[i], mass);
         squared_friction = worse(squared_friction, friction.squared * (mobility.force * mobility.force));
         certificate.gap += worse(T::zero(), friction.gap);
+        if let (Some(&bound), Some(&spin)) = (stage.spins.get(i), solution.spin.get(i)) {
+            certificate.law = worse(certificate.law, judge::turning(bound, spin, u.z, mass, half_length));
+            certificate.gap += worse(T::zero(), spin * u.z + bound * u.z.abs());
+        }
         if i < last {
             let (next, u_next) = (&stage.links[i + 1], &solution.twist[i + 1]);
             let (joint, rate) = (&stage.joints[i], u_next.z - u.z);
@@ -79,7 +83,7 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
             let violation = judge::drive(solution.actuator[i], tight, joint.slack, joint.limit, motor_and_rate);
             certificate.law = worse(certificate.law, violation * mobility.torque);
             if let (Some(motor), Some(&gear)) = (motor, solution.gear.get(i)) {
-                certificate.law = worse(certificate.law, judge::gear(motor, gear, rate, mass, half_length));
+                certificate.law = worse(certificate.law, judge::turning(motor.friction, gear, rate, mass, half_length));
                 certificate.gap += worse(T::zero(), gear * rate + motor.friction * rate.abs());
             }
             if let (Some(stop), Some(impulses)) = (stage.stops.get(i), solution.stop.get(i)) {
@@ -96,7 +100,8 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
         }
         let change = Vector3::new(u.x - link.reference.x, u.y - link.reference.y, u.z - link.reference.z);
         let lateral = link.heading.lateral();
-        balance.add(&BalancedLink { mass, inertia, half_length, mobility, lateral, change, applied }, i == last);
+        let balanced = BalancedLink { mass, inertia, half_length, cg_offset, mobility, lateral, change, applied };
+        balance.add(&balanced, i == last);
     }
     certificate.law = worse(certificate.law, squared_friction.sqrt());
     certificate.joint = squared_joint.sqrt();
@@ -136,7 +141,7 @@ fn verify_obstacle_friction<T: Real>(
 /// Velocity of a link's end; `side` is 1 for the far joint, -1 for the near one.
 #[inline(always)]
 fn end_velocity<T: Real>(link: &StageLink<T>, u: &Vector3<T>, side: T) -> Vector2<T> {
-    let swing = side * link.half_length * u.z;
+    let swing = (side * link.half_length + link.cg_offset) * u.z;
     Vector2::new(u.x - link.heading.sin * swing, u.y + link.heading.cos * swing)
 }
 
@@ -175,7 +180,7 @@ fn joint_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, joint: 
 #[inline(always)]
 fn own_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
     let friction = stage.links[i].heading.to_world(solution.friction[i]);
-    let mut moment = T::zero();
+    let mut moment = solution.spin.get(i).copied().unwrap_or(T::zero());
     if i > 0 {
         moment += joint_impulse(stage, solution, i - 1);
     }

@@ -12,6 +12,9 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         let slip = link.heading.to_link(u.xy());
         work.friction += impulse.x * slip.x + impulse.y * slip.y;
     }
+    for (impulse, u) in solution.spin.iter().zip(twist) {
+        work.friction += *impulse * u.z;
+    }
     for (row, impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
         work.friction += *impulse * dot(&row.direction, &twist[row.link]);
     }

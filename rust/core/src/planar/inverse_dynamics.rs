@@ -26,19 +26,22 @@ pub struct LinkInertia<T = f64> {
     pub mass: T,
     /// About the CG \[kg m^2\].
     pub inertia: T,
-    /// L_i / 2 \[m\].
-    pub half_length: T,
+    /// From the joint in front to the CG \[m\].
+    pub front: T,
+    /// The distance from there to the joint behind, over that.
+    pub rear_ratio: T,
 }
 
 impl LinkInertia {
     pub fn of(link: &Link) -> Self {
-        Self { mass: link.mass, inertia: link.inertia, half_length: 0.5 * link.length }
+        let [front, rear] = link.arms();
+        Self { mass: link.mass, inertia: link.inertia, front, rear_ratio: rear / front }
     }
 
     /// The same in every lane.
     pub fn splat<T: Real>(&self) -> LinkInertia<T> {
-        let Self { mass, inertia, half_length } = *self;
-        LinkInertia { mass: T::splat(mass), inertia: T::splat(inertia), half_length: T::splat(half_length) }
+        let [mass, inertia, front, rear_ratio] = [self.mass, self.inertia, self.front, self.rear_ratio].map(T::splat);
+        LinkInertia { mass, inertia, front, rear_ratio }
     }
 }
 
@@ -76,10 +79,10 @@ impl<T: Real> InverseDynamics<T> {
             if i > 0 {
                 alpha += u[i - 1];
             }
-            let (half_x, half_y) = (at.axial.x * link.half_length, at.axial.y * link.half_length);
-            // Tangential and centripetal acceleration over half the link.
+            let (front_x, front_y) = (at.axial.x * link.front, at.axial.y * link.front);
+            // Tangential and centripetal acceleration from the joint in front to the CG.
             let square = at.twist.z * at.twist.z;
-            let (along_x, along_y) = (-half_y * alpha - half_x * square, half_x * alpha - half_y * square);
+            let (along_x, along_y) = (-front_y * alpha - front_x * square, front_x * alpha - front_y * square);
             let applied = &self.applied[i];
             let force = Vector3::new(
                 (joint_x + along_x) * link.mass - applied.x,
@@ -90,8 +93,8 @@ impl<T: Real> InverseDynamics<T> {
             y += force.y;
             moment += force.z + at.arm.x * force.y - at.arm.y * force.x;
             self.force[i] = force;
-            joint_x += along_x + along_x;
-            joint_y += along_y + along_y;
+            joint_x += along_x + along_x * link.rear_ratio;
+            joint_y += along_y + along_y * link.rear_ratio;
         }
         let links = self.links.iter().zip(motion);
         let composite = Composite::of(links.map(|(link, at)| (link.mass, link.inertia, at.arm)));
@@ -104,11 +107,12 @@ impl<T: Real> InverseDynamics<T> {
         let (mut x, mut y, mut moment) = (T::zero(), T::zero(), T::zero());
         for i in (1..self.force.len()).rev() {
             let (link, at, force) = (&self.links[i], &motion[i], &self.force[i]);
-            let (half_x, half_y) = (at.axial.x * link.half_length, at.axial.y * link.half_length);
+            let (front_x, front_y) = (at.axial.x * link.front, at.axial.y * link.front);
             let own_x = force.x + (base.x - at.arm.y * base.z) * link.mass;
             let own_y = force.y + (base.y + at.arm.x * base.z) * link.mass;
             moment += force.z + link.inertia * base.z;
-            moment += half_x * (own_y + y + y) - half_y * (own_x + x + x);
+            let ratio = link.rear_ratio;
+            moment += front_x * (own_y + y + ratio * y) - front_y * (own_x + x + ratio * x);
             x += own_x;
             y += own_y;
             tau[i - 1] = moment;
@@ -123,8 +127,8 @@ pub fn own_inertia(links: &[LinkInertia]) -> Vec<f64> {
     let straight: Vec<_> = links
         .iter()
         .map(|link| {
-            let arm = Vector2::new(reach + link.half_length, 0.0);
-            reach = arm.x + link.half_length;
+            let arm = Vector2::new(reach + link.front, 0.0);
+            reach = arm.x + link.rear_ratio * link.front;
             LinkMotion { axial: Vector2::x(), arm, twist: Vector3::zeros() }
         })
         .collect();

@@ -27,7 +27,8 @@ use super::inverse_dynamics::{InverseDynamics, LinkInertia, LinkMotion, own_iner
 #[derive(Debug, Clone)]
 pub struct IoDrive<T: Real> {
     dynamics: InverseDynamics<T>,
-    half_length: Vec<T>,
+    /// Distances of each CG from the joints in front of the link and behind it \[m\].
+    arms: Vec<[T; 2]>,
     /// L_GS, and the largest Coulomb force of one contact point along and across the link.
     lever: Vec<T>,
     coulomb: Vec<Vector2<T>>,
@@ -68,7 +69,7 @@ impl<T: Real> IoDrive<T> {
         let joints = vec![zero; links.len() - 1];
         Self {
             dynamics: InverseDynamics::new(inertia.iter().map(LinkInertia::splat).collect()),
-            half_length: inertia.iter().map(|link| T::splat(link.half_length)).collect(),
+            arms: links.iter().map(|link| link.arms().map(T::splat)).collect(),
             lever: links.iter().map(|link| T::splat(link.contact_half_length)).collect(),
             coulomb: coulomb.collect(),
             own_inertia: own_inertia(&inertia).into_iter().map(T::splat).collect(),
@@ -108,12 +109,11 @@ impl<T: Real> IoDrive<T> {
     fn move_model(&mut self, at: &IoInput<T>) {
         let (mut x, mut y) = (T::zero(), T::zero());
         for (i, motion) in self.motion.iter_mut().enumerate() {
-            let (heading, half) = (&at.heading[i], self.half_length[i]);
-            let (half_x, half_y) = (heading.cos * half, heading.sin * half);
+            let (heading, [front, rear]) = (&at.heading[i], self.arms[i]);
             motion.axial = Vector2::new(heading.cos, heading.sin);
-            motion.arm = Vector2::new(x + half_x, y + half_y);
+            motion.arm = Vector2::new(x + heading.cos * front, y + heading.sin * front);
             motion.twist = at.guess[i];
-            (x, y) = (x + half_x + half_x, y + half_y + half_y);
+            (x, y) = (motion.arm.x + heading.cos * rear, motion.arm.y + heading.sin * rear);
             self.dynamics.applied[i] = friction(motion, self.lever[i], &self.coulomb[i]);
         }
     }

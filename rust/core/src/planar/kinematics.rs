@@ -9,8 +9,8 @@ use super::{Heading, Pose};
 
 /// g_J of one joint: the vector from the joint on the next link to the joint on this one (T 3.14).
 pub fn joint_gap(link: &Link, pose: &Pose, next_link: &Link, next_pose: &Pose) -> Vector2<f64> {
-    let front = pose.xy() + Heading::of(pose.z).axial() * (0.5 * link.length);
-    let rear = next_pose.xy() - Heading::of(next_pose.z).axial() * (0.5 * next_link.length);
+    let front = pose.xy() + Heading::of(pose.z).axial() * link.arms()[1];
+    let rear = next_pose.xy() - Heading::of(next_pose.z).axial() * next_link.arms()[0];
     front - rear
 }
 
@@ -24,12 +24,12 @@ pub fn largest_joint_gap(robot: &Robot, pose: &[Pose]) -> f64 {
 pub fn close_joints(robot: &Robot, pose: &mut [Pose]) {
     let mut joint: Option<Vector2<f64>> = None;
     for (link, pose) in robot.links.iter().zip(pose) {
-        let half = Heading::of(pose.z).axial() * (0.5 * link.length);
+        let (axial, [front, rear]) = (Heading::of(pose.z).axial(), link.arms());
         if let Some(joint) = joint {
-            let cg = joint + half;
+            let cg = joint + axial * front;
             (pose.x, pose.y) = (cg.x, cg.y);
         }
-        joint = Some(pose.xy() + half);
+        joint = Some(pose.xy() + axial * rear);
     }
 }
 
@@ -43,10 +43,11 @@ pub fn assemble_chain(robot: &Robot, first: Pose, joint_angle: &[f64], pose: &mu
 }
 
 /// Poses after moving from `from` with `twist` for `duration`, joints closed: link 1 and all angles
-/// travel along their velocities, the rest of the chain follows from the joints. Writes the headings too.
+/// travel along their velocities, the rest of the chain follows from the joints, whose distances from the CGs are `arms`.
+/// Writes the headings too.
 #[inline(always)]
 pub fn travel<T: Real>(
-    half_length: &[T],
+    arms: &[[T; 2]],
     from: &[Vector3<T>],
     twist: &[Vector3<T>],
     duration: T,
@@ -57,14 +58,14 @@ pub fn travel<T: Real>(
     for i in 0..from.len() {
         let theta = from[i].z + twist[i].z * duration;
         heading[i] = Heading::of(theta);
-        let (half_x, half_y) = (heading[i].cos * half_length[i], heading[i].sin * half_length[i]);
+        let (Heading { cos, sin }, [front, rear]) = (heading[i], arms[i]);
         if i == 0 {
             (x, y) = (from[0].x + twist[0].x * duration, from[0].y + twist[0].y * duration);
         } else {
-            (x, y) = (x + half_x, y + half_y);
+            (x, y) = (x + cos * front, y + sin * front);
         }
         to[i] = Vector3::new(x, y, theta);
-        (x, y) = (x + half_x, y + half_y);
+        (x, y) = (x + cos * rear, y + sin * rear);
     }
 }
 
@@ -72,14 +73,13 @@ pub fn travel<T: Real>(
 /// angles. If it keeps the joints closed at the headings from which [`travel`] moves a chain to these, the links travel as
 /// fast as this, to second order in the duration.
 #[inline(always)]
-pub fn mean_twist<T: Real>(half_length: &[T], heading: &[Heading<T>], twist: &[Vector3<T>], mean: &mut [Vector3<T>]) {
+pub fn mean_twist<T: Real>(arms: &[[T; 2]], heading: &[Heading<T>], twist: &[Vector3<T>], mean: &mut [Vector3<T>]) {
     let (mut x, mut y) = (T::zero(), T::zero());
     let half = T::splat(0.5);
     for (i, u) in twist.iter().enumerate() {
-        let turning = u.z * half_length[i];
-        let (half_x, half_y) = (-(heading[i].sin * turning), heading[i].cos * turning);
-        (x, y) = if i == 0 { (u.x, u.y) } else { (x + half_x, y + half_y) };
+        let (Heading { cos, sin }, [front, rear]) = (heading[i], [u.z * arms[i][0], u.z * arms[i][1]]);
+        (x, y) = if i == 0 { (u.x, u.y) } else { (x - sin * front, y + cos * front) };
         mean[i] = Vector3::new(half * (u.x + x), half * (u.y + y), u.z);
-        (x, y) = (x + half_x, y + half_y);
+        (x, y) = (x - sin * rear, y + cos * rear);
     }
 }

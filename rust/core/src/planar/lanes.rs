@@ -12,7 +12,7 @@ use super::{Heading, Stage, StageJoint, StageLink, StageObstacleFriction, StageP
 
 laned! {
     Heading { cos, sin };
-    StageLink { heading, reference, mass, inertia, half_length, friction };
+    StageLink { heading, reference, mass, inertia, half_length, cg_offset, friction };
     StageJoint { drive, stiffness, limit, slack };
 }
 
@@ -33,6 +33,8 @@ impl<T: Real> Stage<T> {
         one.links.extend(self.links.iter().map(|link| link.lane(lane)));
         one.joints.clear();
         one.joints.extend(self.joints.iter().map(|joint| joint.lane(lane)));
+        one.spins.clear();
+        one.spins.extend(self.spins.iter().map(|spin| Real::lane(*spin, lane)));
         one.contacts.clear();
         one.contacts
             .extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| contact.lane(lane)));
@@ -68,6 +70,8 @@ impl<T: Real> StageSolution<T> {
         one.twist.extend(self.twist.iter().map(|twist| twist.lane(lane)));
         one.friction.clear();
         one.friction.extend(self.friction.iter().map(|impulse| impulse.lane(lane)));
+        one.spin.clear();
+        one.spin.extend(self.spin.iter().map(|impulse| Real::lane(*impulse, lane)));
         one.actuator.clear();
         one.actuator.extend(self.actuator.iter().map(|impulse| Real::lane(*impulse, lane)));
         one.gear.clear();
@@ -84,6 +88,7 @@ impl<T: Real> StageSolution<T> {
     pub fn set_lane(&mut self, stage: &Stage<T>, lane: usize, one: &StageSolution) {
         write_lane::<T, _>(&mut self.twist, lane, &one.twist);
         write_lane::<T, _>(&mut self.friction, lane, &one.friction);
+        write_lane::<T, _>(&mut self.spin, lane, &one.spin);
         write_lane::<T, _>(&mut self.actuator, lane, &one.actuator);
         write_lane::<T, _>(&mut self.gear, lane, &one.gear);
         write_rows(&mut self.contact, &stage.contacts, lane, &one.contact);
@@ -131,6 +136,7 @@ mod tests {
             mass: many(link.mass),
             inertia: many(link.inertia),
             half_length: many(link.half_length),
+            cg_offset: many(link.cg_offset),
             friction: link.friction.map(many),
         }));
         stage.joints.extend(one.joints.iter().map(|joint| StageJoint {

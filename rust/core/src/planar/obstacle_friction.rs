@@ -49,9 +49,14 @@ fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes
     for impulse in &mut solution.friction {
         (impulse.x, impulse.y) = (T::select(lanes, zero, impulse.x), T::select(lanes, zero, impulse.y));
     }
-    let StageSolution { actuator, stop, contact, obstacle_friction, pair, .. } = solution;
-    for impulse in
-        actuator.iter_mut().chain(stop.as_flattened_mut()).chain(contact).chain(obstacle_friction).chain(pair)
+    let StageSolution { spin, actuator, stop, contact, obstacle_friction, pair, .. } = solution;
+    for impulse in spin
+        .iter_mut()
+        .chain(actuator)
+        .chain(stop.as_flattened_mut())
+        .chain(contact)
+        .chain(obstacle_friction)
+        .chain(pair)
     {
         *impulse = T::select(lanes, zero, *impulse);
     }

@@ -3,7 +3,7 @@
 //! The unknown of a stage is the end velocity u of the inclusion
 //!
 //! `M (u - u_ref) = W_T P_T + W_H P_H + W_J P_J + W_tau D`, `W_J^T u = 0`,
-//! `-W_T^T u in N_{C_T}(P_T)`, `0 <= P_H  _|_  W_H^T u + offset >= 0`, `D = clamp(shrink(b - k W_tau^T u))`
+//! `-W_T^T u in N_{C_T}(P_T)`, where the ground resists spin also `-omega in N_[-b, b](P_S)`, `0 <= P_H  _|_  W_H^T u + offset >= 0`, `D = clamp(shrink(b - k W_tau^T u))`
 //!
 //! with directions W fixed at the predicted end configuration. It is (T 3.66)-(T 3.72) with the PD
 //! torque taken at the end of the stage, and the optimality condition of a strongly convex problem:
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::laws::{Halves, Skin};
 use crate::math::Real;
-use crate::rows::{ContactRow, MotorRow, PairRow, Saved};
+use crate::rows::{ContactRow, MotorRow, PairRow, Saved, is_zero};
 use crate::stepping::StageStop;
 
 use super::Heading;
@@ -35,6 +35,9 @@ pub struct StageLink<T = f64> {
     pub inertia: T,
     /// L_i / 2 \[m\].
     pub half_length: T,
+    /// How far the CG lies in front of the middle, towards the head \[m\].
+    #[serde(default = "T::zero", skip_serializing_if = "is_zero")]
+    pub cg_offset: T,
     /// Semi-axes of C_T as impulses, mu m g c, in the link's frame; with a skin those of the longer half \[N s\].
     pub friction: Vector2<T>,
 }
@@ -90,6 +93,9 @@ pub struct Stage<T = f64> {
     pub skin: Option<Skin>,
     pub links: Vec<StageLink<T>>,
     pub joints: Vec<StageJoint<T>>,
+    /// Largest impulse against the spin of each link; empty where the ground does not resist it \[N m s\].
+    #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
+    pub spins: Vec<T>,
     /// Of each joint; empty where no joint is near a stop.
     pub stops: Vec<StageStop<T>>,
     /// Of each joint; empty where robots have none.
@@ -103,6 +109,14 @@ pub struct Stage<T = f64> {
     pub pairs: Vec<StagePair<T>>,
 }
 
+impl<T: Real> StageLink<T> {
+    /// Distances of the CG from the joints in front of the link and behind it \[m\].
+    #[inline(always)]
+    pub fn arms(&self) -> [T; 2] {
+        [self.half_length - self.cg_offset, self.half_length + self.cg_offset]
+    }
+}
+
 impl<T: Real> Stage<T> {
     pub fn with_capacity(links: usize) -> Self {
         Self {
@@ -110,6 +124,7 @@ impl<T: Real> Stage<T> {
             skin: None,
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
+            spins: Vec::new(),
             stops: Vec::with_capacity(links - 1),
             motors: Vec::new(),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
@@ -137,8 +152,8 @@ impl Stage {
     pub fn follow_joints(&self, twist: &mut [Vector3<f64>]) {
         for i in 1..self.links.len() {
             let (near, far) = (&self.links[i - 1], &self.links[i]);
-            let swing = near.heading.lateral() * (near.half_length * twist[i - 1].z)
-                + far.heading.lateral() * (far.half_length * twist[i].z);
+            let swing = near.heading.lateral() * (near.arms()[1] * twist[i - 1].z)
+                + far.heading.lateral() * (far.arms()[0] * twist[i].z);
             (twist[i].x, twist[i].y) = (twist[i - 1].x + swing.x, twist[i - 1].y + swing.y);
         }
     }
@@ -151,6 +166,9 @@ impl Stage {
             let u = &link.reference;
             energy += 0.5 * (link.mass * u.xy().norm_squared() + link.inertia * u.z * u.z);
             energy += 0.5 * link.friction.norm_squared() / link.mass;
+        }
+        for (link, spin) in self.links.iter().zip(&self.spins) {
+            energy += 0.5 * spin * spin / link.inertia;
         }
         for (joint, links) in self.joints.iter().zip(self.links.windows(2)) {
             let most = joint.drive.abs().min(joint.limit);
@@ -176,6 +194,8 @@ pub struct StageSolution<T = f64> {
     pub twist: Vec<Vector3<T>>,
     /// P_T of each link in its own frame \[N s\].
     pub friction: Vec<Vector2<T>>,
+    /// Moment of friction of each entry of [`Stage::spins`] \[N m s\].
+    pub spin: Vec<T>,
     /// D of each joint, positive driving phi upwards: -c tau_C of (T 3.51) \[N m s\].
     pub actuator: Vec<T>,
     /// Impulses of each entry of [`Stage::stops`] \[N s\].
@@ -195,6 +215,7 @@ impl<T: Real> StageSolution<T> {
         Self {
             twist: vec![Vector3::new(T::zero(), T::zero(), T::zero()); links],
             friction: vec![Vector2::new(T::zero(), T::zero()); links],
+            spin: Vec::new(),
             actuator: vec![T::zero(); links - 1],
             stop: Vec::with_capacity(links - 1),
             gear: Vec::new(),

@@ -2,7 +2,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
-use crate::laws::{Skin, Stribeck};
+use crate::laws::{Skin, Stribeck, spin_coefficient};
 use crate::robot::{Link, Robot};
 use crate::slope::Slope;
 use crate::stepping::PlantParameters;
@@ -15,6 +15,8 @@ pub struct PlanarSystem {
     /// mu_Tx, mu_Ty; with a skin the larger mu_Tx.
     friction: Vector2<f64>,
     skin: Option<Skin>,
+    /// Of the discs under the CGs \[m\].
+    spin_radius: f64,
     stribeck: Stribeck,
     /// In the frame of the ground \[m/s^2\].
     gravity: Vector3<f64>,
@@ -29,7 +31,7 @@ impl PlanarSystem {
         let smallest_radius = robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min);
         let (friction, stribeck) = (Vector2::from(friction), Stribeck::default());
         let gravity = Slope::default().acceleration(robot.gravity);
-        Ok(Self { robot, controller, friction, skin: None, stribeck, gravity, smallest_radius })
+        Ok(Self { robot, controller, friction, skin: None, spin_radius: 0.0, stribeck, gravity, smallest_radius })
     }
 
     /// The same on ground with this Stribeck effect.
@@ -42,6 +44,12 @@ impl PlanarSystem {
     #[must_use]
     pub fn covered_with(self, (friction, skin): (Vector2<f64>, Option<Skin>)) -> Self {
         Self { friction, skin, ..self }
+    }
+
+    /// The same with discs of this radius under the CGs \[m\].
+    #[must_use]
+    pub fn resisting_spin(self, spin_radius: f64) -> Self {
+        Self { spin_radius, ..self }
     }
 
     /// The same on inclined ground.
@@ -86,6 +94,17 @@ impl PlanarSystem {
     /// Friction bound of a link along and across it, mu m g on level ground \[N\].
     pub fn friction_force(&self, link: &Link) -> Vector2<f64> {
         self.friction * (link.mass * self.normal_gravity())
+    }
+
+    /// Whether the ground resists turning.
+    pub fn resists_spin(&self) -> bool {
+        self.spin_radius > 0.0
+    }
+
+    /// Largest moment of the ground against the spin of a link, with these shares of the coefficients of friction \[N m\].
+    pub fn spin_torque(&self, link: &Link, shares: &Vector2<f64>) -> f64 {
+        let load = link.mass * self.normal_gravity();
+        spin_coefficient(&self.friction.component_mul(shares), self.skin) * (self.spin_radius * load)
     }
 
     /// Largest Coulomb force of one of two contact points of a link, along and across it, in the model of input-output

@@ -10,6 +10,9 @@ use crate::stepping;
 pub struct WarmStart {
     /// Friction force on each link in its own frame \[N\].
     pub friction: Vec<Vector2<f64>>,
+    /// Moment of the ground against the spin of each link, empty where it does not resist it \[N m\].
+    #[serde(default)]
+    pub spin: Vec<f64>,
     /// tau_C of each joint at the end of the last step, thesis sign (T 3.51) \[N m\].
     pub joint_torque: Vec<f64>,
     pub near: NearObstacles,
@@ -32,6 +35,7 @@ impl stepping::WarmStart for WarmStart {
     fn new(links: usize) -> Self {
         Self {
             friction: vec![Vector2::zeros(); links],
+            spin: Vec::new(),
             joint_torque: vec![0.0; links - 1],
             near: NearObstacles::with_capacity(links),
             self_contacts: ContactMemory::with_capacity(LINK_CONTACTS_PER_LINK * links),
@@ -44,6 +48,7 @@ impl stepping::WarmStart for WarmStart {
 
     fn clear(&mut self) {
         self.friction.fill(Vector2::zeros());
+        self.spin.clear();
         self.joint_torque.fill(0.0);
         self.near.clear();
         self.self_contacts.clear();
@@ -58,8 +63,10 @@ impl stepping::WarmStart for WarmStart {
     }
 
     fn resume(&mut self, saved: &Self) {
-        let Self { friction, joint_torque, near, self_contacts, guess, joint_stops, backlash, gear_friction } = saved;
+        let Self { friction, spin, joint_torque, near, self_contacts, guess, joint_stops, backlash, gear_friction } =
+            saved;
         self.friction.clone_from(friction);
+        self.spin.clone_from(spin);
         self.joint_torque.clone_from(joint_torque);
         self.near.copy_from(near);
         self.self_contacts.copy_from(self_contacts);
@@ -71,6 +78,7 @@ impl stepping::WarmStart for WarmStart {
 
     fn fits(saved: &Self, links: usize, obstacles: &ObstacleGrid) -> bool {
         saved.friction.len() == links
+            && [0, links].contains(&saved.spin.len())
             && saved.joint_torque.len() == links - 1
             && [0, links - 1].contains(&saved.joint_stops.len())
             && saved.backlash.len() == links - 1

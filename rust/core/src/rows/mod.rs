@@ -13,5 +13,5 @@ mod screw;
 pub use in_lane::{InLane, read_rows, write_rows};
 pub use motor::MotorRow;
 pub use row::{ContactRow, PairRow, Row};
-pub use saved::{Saved, SavedStage, limit};
+pub use saved::{Saved, SavedStage, is_zero, limit};
 pub use screw::Screw;

@@ -19,6 +19,11 @@ pub trait Saved: Real + Serialize + DeserializeOwned {}
 
 impl<T: Real + Serialize + DeserializeOwned> Saved for T {}
 
+/// Whether a number is left out of a file.
+pub fn is_zero<T: Real>(number: &T) -> bool {
+    number.lane(0) == 0.0
+}
+
 /// A limit that may be infinite, which JSON has no number for: null in the file.
 pub mod limit {
     use super::{Deserialize, Deserializer, Real, Serialize, Serializer};

@@ -20,7 +20,8 @@ impl SimulatedModel for Planar {
 
     fn system(robot: Robot, scene: &Scene, controller: &ControllerConfig) -> Result<PlanarSystem, ConfigError> {
         let system = PlanarSystem::new(robot, scene.friction, *controller).map_err(|e| e.inside("controller"))?;
-        Ok(system.covered_with(scene.sliding()).on_ground_with(scene.stribeck).on_slope(scene.slope))
+        let system = system.covered_with(scene.sliding()).resisting_spin(scene.spin_friction);
+        Ok(system.on_ground_with(scene.stribeck).on_slope(scene.slope))
     }
 
     fn place_initially<S: Scheme<Self>>(simulation: &mut Simulation<Self, S>) {

@@ -3,7 +3,7 @@ use crate::rows::MotorRow;
 
 use super::LawForm;
 
-/// The motor of one joint axis: the drive within its torque-speed line, the inertia of its rotor and the damping of its
+/// The friction of the ground against the spin of a link is one that does nothing else. The motor of one joint axis: the drive within its torque-speed line, the inertia of its rotor and the damping of its
 /// gear, all single-valued; and the friction of its gear in proximal form, P = clamp(centre - r phi', +-b).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotorTerm<T: Real> {
@@ -36,6 +36,12 @@ impl<T: Real> MotorTerm<T> {
         }
     }
 
+    /// Friction of at most `bound` alone.
+    #[inline(always)]
+    pub fn friction(bound: T, impulse: T, lever: T, penalty: T) -> Self {
+        Self::new(&MotorRow { friction: bound, ..MotorRow::none() }, impulse, lever, penalty)
+    }
+
     /// The same, sticking where it is expected to until [`Self::release`].
     #[inline(always)]
     pub fn held(self) -> Self {
@@ -57,7 +63,7 @@ impl<T: Real> MotorTerm<T> {
 
     /// Moves to a rate. Returns the impulse of inertia, damping and friction, and their stiffness.
     #[inline(always)]
-    fn evaluate(&mut self, form: LawForm, rate: T) -> (T, T) {
+    pub fn evaluate(&mut self, form: LawForm, rate: T) -> (T, T) {
         let (bound, wanted) = (self.motor.friction, self.centre - self.penalty * rate);
         let (sticks, slides) = match form {
             LawForm::Present => (self.held | wanted.abs().lt(bound), wanted.min(bound).max(-bound)),

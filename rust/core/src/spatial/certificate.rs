@@ -140,7 +140,7 @@ fn verify_joint<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, j: usize
         let violation = judge::drive(impulse, wanted, drive.slack, drive.limit, motor.map(|motor| (motor, rate)));
         certificate.actuator = worse(certificate.actuator, violation * mobility.torque);
         if let (Some(motor), Some(&gear)) = (motor, solution.gear.get(2 * j + axis)) {
-            let violation = judge::gear(motor, gear, rate, near.mass, near.half_length);
+            let violation = judge::turning(motor.friction, gear, rate, near.mass, near.half_length);
             certificate.actuator = worse(certificate.actuator, violation);
         }
         if let (Some(stop), Some(impulses)) = (stage.stops.get(2 * j + axis), solution.stop.get(2 * j + axis)) {
@@ -165,7 +165,7 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
     let last = stage.links.len() - 1;
     for (i, link) in stage.links.iter().enumerate() {
         if i > 0 {
-            moment = minus(&moment, &vector(&joint_point(link, 1.0), &force));
+            moment = plus(&moment, &vector(&joint_point(link, -1.0), &force));
         }
         let mobility = Mobility::of(link.mass, link.inertia, link.half_length);
         let (own, about_centre) = missing(stage, solution, i);
@@ -251,7 +251,7 @@ fn axes_of_joint<T: Real>(stage: &Stage<T>, j: usize) -> ([Vector3<T>; 2], [bool
 /// From the CG to the lowest point of the front (0) or rear (1) sphere.
 #[inline(always)]
 fn lowest_point<T: Real>(link: &StageLink<T>, end: usize) -> Vector3<T> {
-    let reach = if end == 0 { link.sphere } else { -link.sphere };
+    let reach = link.cg_offset + if end == 0 { link.sphere } else { -link.sphere };
     let mut arm = times(&link.axes[2], reach);
     arm.z -= link.radius;
     arm
@@ -260,7 +260,7 @@ fn lowest_point<T: Real>(link: &StageLink<T>, end: usize) -> Vector3<T> {
 /// From the CG to the joint in front (`side` 1) or behind (-1).
 #[inline(always)]
 fn joint_point<T: Real>(link: &StageLink<T>, side: f64) -> Vector3<T> {
-    times(&link.axes[2], T::splat(side) * link.half_length)
+    times(&link.axes[2], T::splat(side) * link.half_length + link.cg_offset)
 }
 
 #[inline(always)]

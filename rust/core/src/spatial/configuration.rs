@@ -12,17 +12,14 @@ use super::{Pose, StageLink, hinge_directions};
 /// What the places of the links depend on besides the configuration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainShape<T = f64> {
-    /// L_i / 2 of each link \[m\].
-    pub half_length: Vec<T>,
+    /// Distances of each CG from the joints in front of the link and behind it \[m\].
+    pub arms: Vec<[T; 2]>,
     pub axes: Vec<Axes>,
 }
 
 impl<T: Real> ChainShape<T> {
     pub fn new(robot: &Robot) -> Self {
-        Self {
-            half_length: robot.links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
-            axes: robot.axes.clone(),
-        }
+        Self { arms: robot.links.iter().map(|link| link.arms().map(T::splat)).collect(), axes: robot.axes.clone() }
     }
 }
 
@@ -98,15 +95,15 @@ impl<T: Real> Configuration<T> {
     /// (T 4.92)-(T 4.94).
     #[inline(always)]
     pub fn place_links(&self, shape: &ChainShape<T>, frames: &mut [Frame<T>]) {
-        let half_length = &shape.half_length;
+        let arms = &shape.arms;
         let mut frame = Frame { position: self.position, axes: rotation(&self.orientation) };
         frames[0] = frame;
         for (i, (angle, axes)) in self.angle.iter().zip(&shape.axes).enumerate() {
-            let joint = along(&frame.position, &frame.axes[2], half_length[i]);
+            let joint = along(&frame.position, &frame.axes[2], arms[i][1]);
             for (axis, angle) in angle.iter().enumerate().filter(|(axis, _)| axes.has(*axis)) {
                 frame.axes = turned(*axes, axis, &frame.axes, angle.sin_cos());
             }
-            frame.position = along(&joint, &frame.axes[2], half_length[i + 1]);
+            frame.position = along(&joint, &frame.axes[2], arms[i + 1][0]);
             frames[i + 1] = frame;
         }
     }
@@ -136,15 +133,15 @@ impl<T: Real> ChainVelocity<T> {
     /// Twists of all links placed at `frames`.
     #[inline(always)]
     pub fn twists(&self, frames: &[Frame<T>], shape: &ChainShape<T>, twist: &mut [Twist<T>]) {
-        let half_length = &shape.half_length;
+        let arms = &shape.arms;
         twist[0] = self.head;
         for (i, (rate, axes)) in self.rate.iter().zip(&shape.axes).enumerate() {
             let (near, far) = (&frames[i], &frames[i + 1]);
             let before = twist[i];
-            let joint = before.velocity_at(&scaled(&near.axes[2], half_length[i]));
+            let joint = before.velocity_at(&scaled(&near.axes[2], arms[i][1]));
             let [first, second] = hinge_directions(*axes, &near.axes, &far.axes);
             let angular = along(&along(&before.angular, &first, rate[0]), &second, rate[1]);
-            let linear = sum(&joint, &cross(&angular, &scaled(&far.axes[2], half_length[i + 1])));
+            let linear = sum(&joint, &cross(&angular, &scaled(&far.axes[2], arms[i + 1][0])));
             twist[i + 1] = Twist { linear, angular };
         }
     }
@@ -182,8 +179,7 @@ impl<T: Real> Frame<T> {
     /// Height of the front (0) or rear (1) sphere's lowest point \[m\] (T 4.8).
     #[inline(always)]
     pub fn ground_gap(&self, link: &StageLink<T>, end: usize) -> T {
-        let reach = if end == 0 { link.sphere } else { -link.sphere };
-        self.position.z + reach * self.axes[2].z - link.radius
+        self.position.z + link.spheres()[end] * self.axes[2].z - link.radius
     }
 }
 

@@ -13,14 +13,15 @@ pub fn peg_gap(link: &Link, pose: &Pose, peg: &Peg) -> f64 {
 }
 
 /// Horizontal vector from the peg's axis to the nearest point of the centre line of a link at `position` along `axis`,
-/// and that point's coordinate \[m\].
+/// and that point's coordinate from the CG \[m\].
 pub fn nearest_point(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, peg: &Peg) -> (Vector2<f64>, f64) {
     let shadow = axis.xy();
     let from_peg = position.xy() - Vector2::new(peg.x, peg.y);
     let length = shadow.norm_squared();
     // Along an upright link all points are equally near: take the middle one.
-    let along = if length > UPRIGHT { -from_peg.dot(&shadow) / length } else { 0.0 };
-    let along = along.clamp(-link.contact_half_length, link.contact_half_length);
+    let along = if length > UPRIGHT { -from_peg.dot(&shadow) / length } else { link.cg_offset };
+    let [front, rear] = link.sides();
+    let along = along.clamp(front, rear);
     (from_peg + shadow * along, along)
 }
 
@@ -47,12 +48,13 @@ pub fn wall_gap(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>, wall:
 
 /// The centre line of a link seen from above: the distance to a vertical prism is the one to be seen there.
 pub fn centre_line(link: &Link, position: &Vector3<f64>, axis: &Vector3<f64>) -> CentreLine {
-    CentreLine { middle: position.xy(), half: axis.xy() * link.contact_half_length }
+    let shadow = axis.xy();
+    CentreLine { middle: position.xy() + shadow * link.cg_offset, half: shadow * link.contact_half_length }
 }
 
 /// The centre line of a link in front of an obstacle of finite height.
 pub fn solid_line(link: &Link, at: &LinkAxis) -> SolidLine {
-    SolidLine { middle: at.position, half: at.axis * link.contact_half_length }
+    SolidLine { middle: at.position + at.axis * link.cg_offset, half: at.axis * link.contact_half_length }
 }
 
 /// Squared length of e_z^B's shadow below which round-off would place the nearest point.

@@ -14,11 +14,11 @@ pub enum End {
 impl End {
     pub const BOTH: [End; 2] = [End::Front, End::Rear];
 
-    /// Coordinate of the sphere's centre along e_z^B, +-L_GS \[m\].
+    /// Coordinate of the sphere's centre along e_z^B, +-L_GS from the middle of the link \[m\].
     pub fn along(self, link: &Link) -> f64 {
         match self {
-            End::Front => link.contact_half_length,
-            End::Rear => -link.contact_half_length,
+            End::Front => link.sides()[1],
+            End::Rear => link.sides()[0],
         }
     }
 }

@@ -22,8 +22,8 @@ pub struct JointAxes {
 /// g_J = (x, y, z, rotation): the vector from the joint on the next link to the joint on this one \[m\], and
 /// e_y^{B_i} . e_x^{B_{i+1}} (T 4.18), (T 4.20).
 pub fn joint_gap(near: &Link, near_pose: &Pose, far: &Link, far_pose: &Pose) -> Vector4<f64> {
-    let front = near_pose.position + near_pose.axis() * (0.5 * near.length);
-    let rear = far_pose.position - far_pose.axis() * (0.5 * far.length);
+    let front = near_pose.position + near_pose.axis() * near.arms()[1];
+    let rear = far_pose.position - far_pose.axis() * far.arms()[0];
     let JointAxes { yaw, pitch } = joint_axes(near_pose, far_pose);
     (front - rear).push(yaw.dot(&pitch))
 }

@@ -32,11 +32,11 @@ pub fn assemble_chain(robot: &Robot, head: Pose, joint_angle: &[Vector2<f64>], p
 pub fn close_positions(robot: &Robot, pose: &mut [Pose]) {
     let mut joint: Option<Vector3<f64>> = None;
     for (link, pose) in robot.links.iter().zip(pose) {
-        let half = pose.axis() * (0.5 * link.length);
+        let (axis, [front, rear]) = (pose.axis(), link.arms());
         if let Some(joint) = joint {
-            pose.position = joint + half;
+            pose.position = joint + axis * front;
         }
-        joint = Some(pose.position + half);
+        joint = Some(pose.position + axis * rear);
     }
 }
 

@@ -14,7 +14,7 @@ laned! {
     Frame { position, axes };
     StageDrive { drive, stiffness, limit, slack };
     StageLink {
-        axes, momentum, mass, inertia, roll_inertia, half_length, sphere, radius, tangent, share, ground
+        axes, momentum, mass, inertia, roll_inertia, half_length, cg_offset, sphere, radius, tangent, share, ground
     };
 }
 

@@ -206,7 +206,8 @@ impl LinkInStage<'_> {
         if let Some(body) = obstacles.body(obstacle) {
             let [start, end] = [&self.at.start, &self.at.end].map(|at| solid_line(self.at.link, at));
             let Twist { linear, angular } = &self.at.expected;
-            let travelled = self.coefficient * (linear.norm() + angular.norm() * self.at.link.contact_half_length);
+            let farthest = self.at.link.contact_half_length + self.at.link.cg_offset.abs();
+            let travelled = self.coefficient * (linear.norm() + angular.norm() * farthest);
             let reach = self.at.link.radius + FAR + travelled;
             body.visit_contacts(&end, reach, |feature, at_end| {
                 look(feature, self.solid_plane(&self.at.end, &at_end), self.at.link.radius, &|| {
@@ -238,7 +239,7 @@ impl LinkInStage<'_> {
 
     fn solid_plane(&self, at: &LinkAxis, contact: &SolidContact) -> Plane {
         let SolidContact { distance, normal, along, is_redundant } = *contact;
-        let arm = at.axis * (along * self.at.link.contact_half_length);
+        let arm = at.axis * (along * self.at.link.contact_half_length + self.at.link.cg_offset);
         Plane { normal, arm, gap: distance - self.at.link.radius, is_redundant }
     }
 
@@ -289,7 +290,7 @@ impl LinkInStage<'_> {
             let at = obstacles.polygon(obstacle).separation(&line, feature);
             return Plane {
                 normal: at.normal.push(0.0),
-                arm: axis * (at.along * self.at.link.contact_half_length),
+                arm: axis * (at.along * self.at.link.contact_half_length + self.at.link.cg_offset),
                 gap: at.distance - self.at.link.radius,
                 is_redundant: at.is_redundant,
             };

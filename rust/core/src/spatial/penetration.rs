@@ -47,6 +47,6 @@ fn sinking_into(obstacles: &ObstacleGrid, link: &Link, [start, end]: &[LinkAxis;
 
 /// How far the point of a link's centre line moves that moves farthest, one of its ends \[m\].
 pub(super) fn farthest_travel(link: &Link, start: &LinkAxis, end: &LinkAxis) -> f64 {
-    let (moved, turned) = (end.position - start.position, (end.axis - start.axis) * link.contact_half_length);
-    (moved + turned).norm().max((moved - turned).norm())
+    let (moved, turned) = (end.position - start.position, end.axis - start.axis);
+    link.sides().map(|along| (moved + turned * along).norm()).into_iter().fold(0.0, f64::max)
 }

@@ -23,7 +23,7 @@ use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::laws::Skin;
 use crate::math::Real;
 use crate::robot::Axes;
-use crate::rows::{ContactRow, MotorRow, PairRow, Saved};
+use crate::rows::{ContactRow, MotorRow, PairRow, Saved, is_zero};
 use crate::stepping::StageStop;
 
 use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
@@ -43,7 +43,10 @@ pub struct StageLink<T = f64> {
     pub roll_inertia: T,
     /// L_i / 2 \[m\].
     pub half_length: T,
-    /// L_GS: from the CG to the centres of the end spheres \[m\].
+    /// How far the CG lies in front of the middle, towards the head \[m\].
+    #[serde(default = "T::zero", skip_serializing_if = "is_zero")]
+    pub cg_offset: T,
+    /// L_GS: from the middle to the centres of the end spheres \[m\].
     pub sphere: T,
     /// L_SC \[m\].
     pub radius: T,
@@ -213,25 +216,31 @@ impl<T: Real> Stage<T> {
 }
 
 impl<T: Real> StageLink<T> {
+    /// Coordinates of the centres of the front and of the rear sphere along e_z^B, from the CG \[m\].
+    #[inline(always)]
+    pub fn spheres(&self) -> [T; 2] {
+        [self.cg_offset + self.sphere, self.cg_offset - self.sphere]
+    }
+
     /// From the CG to the lowest point of the front (0) or rear (1) sphere (T 4.23).
     #[inline(always)]
     pub fn ground_arm(&self, end: usize) -> Vector3<T> {
-        let reach = if end == 0 { self.sphere } else { -self.sphere };
-        let mut arm = scaled(&self.axes[2], reach);
+        let mut arm = scaled(&self.axes[2], self.spheres()[end]);
         arm.z -= self.radius;
         arm
     }
 
-    /// From the CG to the front joint.
+    /// From the joint to the link before to the CG, and from there to the joint to the link behind.
     #[inline(always)]
-    pub fn joint_arm(&self) -> Vector3<T> {
-        scaled(&self.axes[2], self.half_length)
+    pub fn joint_arms(&self) -> [Vector3<T>; 2] {
+        let (front, rear) = (self.half_length - self.cg_offset, self.half_length + self.cg_offset);
+        [scaled(&self.axes[2], front), scaled(&self.axes[2], rear)]
     }
 
-    /// Change of the link's twist with the rate of a joint at its rear end about `axis`.
+    /// Change of the link's twist with the rate of the joint to the link before about `axis`.
     #[inline(always)]
     pub fn hinge(&self, axis: &Vector3<T>) -> Twist<T> {
-        Twist { linear: cross(axis, &self.joint_arm()), angular: *axis }
+        Twist { linear: cross(axis, &self.joint_arms()[0]), angular: *axis }
     }
 
     /// M x.

@@ -4,20 +4,10 @@ use nalgebra::{Matrix2, Vector2, Vector3};
 use snake_core::contact::{NearObstacles, clear_way, gap, link_peg_contact};
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Heading, Pose, Twist, assemble_chain, joint_gap, mean_twist, travel};
-use snake_core::robot::{Link, Robot};
+use snake_core::robot::{Link, PerLink, Robot, RobotConfig};
 use snake_core::scene::Peg;
 use snake_test_support::planar::{Random, links, moving_chain};
-
-fn random_link(random: &mut Random) -> Link {
-    Link {
-        length: random.between(0.05, 0.3),
-        contact_half_length: random.between(0.0, 0.15),
-        radius: random.between(0.01, 0.1),
-        mass: 1.0,
-        inertia: 1.0,
-        roll_inertia: 1.0,
-    }
-}
+use snake_test_support::spatial_random::random_link;
 
 fn random_pose(random: &mut Random) -> Pose {
     Pose::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-7.0, 7.0))
@@ -42,8 +32,15 @@ fn rotation(theta: f64) -> Matrix2<f64> {
     Matrix2::new(theta.cos(), -theta.sin(), theta.sin(), theta.cos())
 }
 
-/// (gap, w_H) from the printed cases: rectangle (T 3.8)-(T 3.9), (T 3.16), caps (T 3.10)-(T 3.12), (T 3.18).
+/// (gap, w_H) from the printed cases of the middle of the link, with the moment about the CG.
 fn printed(pose: &Pose, link: &Link, peg: &Peg) -> (f64, Vector3<f64>) {
+    let shift = rotation(pose.z) * Vector2::new(link.cg_offset, 0.0);
+    let (gap, direction) = printed_at_middle(&(pose + shift.push(0.0)), link, peg);
+    (gap, direction + Vector3::z() * shift.perp(&direction.xy()))
+}
+
+/// (gap, w_H) from the printed cases: rectangle (T 3.8)-(T 3.9), (T 3.16), caps (T 3.10)-(T 3.12), (T 3.18).
+fn printed_at_middle(pose: &Pose, link: &Link, peg: &Peg) -> (f64, Vector3<f64>) {
     let r = rotation(pose.z);
     let (e_x, e_y) = (r.column(0).into_owned(), r.column(1).into_owned());
     let (centre, hub) = (pose.xy(), Vector2::new(peg.x, peg.y));
@@ -94,7 +91,7 @@ fn force_direction_is_the_gradient_of_the_gap_on_sides_caps_and_between() {
         if at_seam {
             let side = if k % 10 == 0 { 1.0 } else { -1.0 };
             let lateral = side * (link.radius + peg.radius) * random.between(0.9, 2.0);
-            let end = if k % 20 < 10 { link.contact_half_length } else { -link.contact_half_length };
+            let end = link.cg_offset + if k % 20 < 10 { link.contact_half_length } else { -link.contact_half_length };
             let hub = pose.xy() + r * Vector2::new(end, lateral);
             (peg.x, peg.y) = (hub.x, hub.y);
         }
@@ -117,8 +114,8 @@ fn force_direction_is_the_gradient_of_the_gap_on_sides_caps_and_between() {
 /// A peg centred on the centre line leaves the direction open; the answer must still be a unit normal.
 #[test]
 fn a_peg_on_the_centre_line_gives_a_finite_unit_direction() {
-    let link =
-        Link { length: 0.1, contact_half_length: 0.04, radius: 0.05, mass: 1.0, inertia: 1.0, roll_inertia: 1.0 };
+    let (contact_half_length, radius, cg_offset) = (0.04, 0.05, 0.0);
+    let link = Link { contact_half_length, radius, cg_offset, ..random_link(&mut Random::new(1)) };
     let pose = Pose::new(0.0, 0.0, 0.0);
     for x in [-0.04, 0.0, 0.02, 0.04] {
         let contact = link_peg_contact(&pose, 1.0, 0.0, &link, &Peg { radius: 0.02, x, y: 0.0 });
@@ -154,10 +151,10 @@ fn joint_force_directions_are_the_derivatives_of_the_joint_gap() {
 
 /// w_Jx^T and w_Jy^T as printed.
 fn common_joint_directions(links: &[Link; 2], q: &[Pose; 2]) -> [[f64; 6]; 2] {
-    let half = |k: usize| 0.5 * links[k].length;
+    let (rear, front) = (0.5 * links[0].length + links[0].cg_offset, 0.5 * links[1].length - links[1].cg_offset);
     [
-        [1.0, 0.0, -half(0) * q[0].z.sin(), -1.0, 0.0, -half(1) * q[1].z.sin()],
-        [0.0, 1.0, half(0) * q[0].z.cos(), 0.0, -1.0, half(1) * q[1].z.cos()],
+        [1.0, 0.0, -rear * q[0].z.sin(), -1.0, 0.0, -front * q[1].z.sin()],
+        [0.0, 1.0, rear * q[0].z.cos(), 0.0, -1.0, front * q[1].z.cos()],
     ]
 }
 
@@ -282,19 +279,20 @@ fn the_clear_way_is_clear_and_long_where_pegs_are_far() {
 
 /// Largest distance of a chain's links from where `move_by` takes them, after it has travelled for `duration` \[s\].
 fn travel_error(duration: f64, is_mean: bool) -> f64 {
-    let robot = Robot::new(&links(50)).unwrap();
     let mut random = Random::new(3);
+    let offsets = (0..50).map(|_| random.between(-0.05, 0.05)).collect();
+    let robot = Robot::new(&RobotConfig { cg_offset: PerLink::Each(offsets), ..links(50) }).unwrap();
     let joint_angle: Vec<f64> = (1..50).map(|_| random.between(-0.5, 0.5)).collect();
     let omega: Vec<f64> = (1..50).map(|_| random.between(-1.0, 1.0)).collect();
     let mut from = vec![Pose::zeros(); 50];
     assemble_chain(&robot, Pose::new(0.0, 0.0, 0.3), &joint_angle, &mut from);
     let twist = moving_chain(&robot, &from, Twist::new(0.1, -0.2, 0.5), &omega).twist;
-    let half_length: Vec<f64> = robot.links.iter().map(|link| 0.5 * link.length).collect();
+    let arms: Vec<_> = robot.links.iter().map(Link::arms).collect();
     let (mut to, mut heading) = (from.clone(), vec![Heading::of(0.0); 50]);
-    travel(&half_length, &from, &twist, duration, &mut to, &mut heading);
+    travel(&arms, &from, &twist, duration, &mut to, &mut heading);
     let mut mean = twist.clone();
     if is_mean {
-        mean_twist(&half_length, &heading, &twist, &mut mean);
+        mean_twist(&arms, &heading, &twist, &mut mean);
     }
     let moved = from.iter().zip(&mean).map(|(pose, u)| pose + u * duration);
     to.iter().zip(moved).map(|(there, moved)| (there - moved).norm()).fold(0.0, f64::max)

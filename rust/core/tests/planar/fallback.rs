@@ -95,12 +95,14 @@ fn pinched(offset: f64) -> Stage {
         mass: 0.7,
         inertia: 1e-3,
         half_length: 0.06,
+        cg_offset: 0.0,
         friction: Vector2::new(0.01, 0.01),
     };
     let contact = |side: f64| StageContact { link: 0, direction: Vector3::new(0.0, side, 0.01 * side), offset };
     Stage {
         coefficient: 0.01,
         skin: None,
+        spins: Vec::new(),
         links: vec![link; 2],
         joints: vec![StageJoint { drive: 0.0, stiffness: 0.1, limit: 1.0, slack: 0.0 }],
         contacts: vec![contact(1.0), contact(-1.0)],

@@ -8,17 +8,7 @@ use snake_core::contact::{
 use snake_core::planar::{Pose, assemble_chain};
 use snake_core::robot::{Link, Robot};
 use snake_test_support::planar::{Random, links};
-
-fn random_link(random: &mut Random) -> Link {
-    Link {
-        length: random.between(0.05, 0.3),
-        contact_half_length: random.between(0.0, 0.15),
-        radius: random.between(0.01, 0.1),
-        mass: 1.0,
-        inertia: 1.0,
-        roll_inertia: 1.0,
-    }
-}
+use snake_test_support::spatial_random::random_link;
 
 fn random_pose(random: &mut Random) -> Pose {
     Pose::new(random.between(-0.2, 0.2), random.between(-0.2, 0.2), random.between(-7.0, 7.0))
@@ -48,8 +38,8 @@ fn gap(links: &[Link; 2], poses: &[Pose; 2]) -> f64 {
 /// Least distance of the surfaces over a grid of points of both centre lines.
 fn gap_on_a_grid(links: &[Link; 2], poses: &[Pose; 2]) -> f64 {
     let points = |i: usize| {
-        let axis = Vector2::new(poses[i].z.cos(), poses[i].z.sin()) * links[i].contact_half_length;
-        (-100..=100).map(move |k| poses[i].xy() + axis * (f64::from(k) / 100.0))
+        let (axis, half) = (Vector2::new(poses[i].z.cos(), poses[i].z.sin()), links[i].contact_half_length);
+        (-100..=100).map(move |k| poses[i].xy() + axis * (links[i].cg_offset + half * f64::from(k) / 100.0))
     };
     let nearest = points(0).flat_map(|a| points(1).map(move |b| (a - b).norm())).fold(f64::INFINITY, f64::min);
     nearest - links[0].radius - links[1].radius
@@ -111,8 +101,8 @@ fn a_unit_impulse_on_both_links_adds_no_momentum() {
 
 #[test]
 fn parallel_links_touch_in_two_places() {
-    let link =
-        Link { contact_half_length: 0.04, radius: 0.05, length: 0.12, mass: 1.0, inertia: 1.0, roll_inertia: 1.0 };
+    let (contact_half_length, radius, cg_offset) = (0.04, 0.05, 0.0);
+    let link = Link { contact_half_length, radius, cg_offset, ..random_link(&mut Random::new(1)) };
     let touching = contacts(&[link; 2], &[Pose::zeros(), Pose::new(0.03, 0.1, std::f64::consts::PI)]);
     let mut places: Vec<f64> =
         touching.iter().filter(|contact| contact.gap.abs() < 1e-12).map(|contact| contact.along[0]).collect();
@@ -123,8 +113,8 @@ fn parallel_links_touch_in_two_places() {
 
 #[test]
 fn an_end_on_the_other_centre_line_has_a_finite_direction() {
-    let link =
-        Link { contact_half_length: 0.04, radius: 0.05, length: 0.12, mass: 1.0, inertia: 1.0, roll_inertia: 1.0 };
+    let (contact_half_length, radius, cg_offset) = (0.04, 0.05, 0.0);
+    let link = Link { contact_half_length, radius, cg_offset, ..random_link(&mut Random::new(1)) };
     for contact in contacts(&[link; 2], &[Pose::zeros(), Pose::new(0.04, 0.0, 1.0)]) {
         assert!(contact.direction.iter().all(|w| w.iter().all(|number| number.is_finite())));
     }

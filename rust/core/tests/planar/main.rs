@@ -3,6 +3,7 @@
 mod actuation_laws;
 mod allocation;
 mod backlash_laws;
+mod cg_offset_laws;
 mod chain_sweep;
 mod conservation_laws;
 mod contact_geometry;
@@ -24,6 +25,7 @@ mod scheme_laws;
 mod self_contact_laws;
 mod self_contact_stage;
 mod skin_laws;
+mod spin_laws;
 mod stribeck_laws;
 mod wall_geometry;
 

@@ -152,6 +152,7 @@ fn sliding_chain(links: usize) -> Stage<Counting> {
             mass: number(0.68),
             inertia: number(1.32e-3),
             half_length: number(0.061),
+            cg_offset: number(0.0),
             friction: Vector2::new(1.34 * c, 1.34 * c).map(number),
         });
     }

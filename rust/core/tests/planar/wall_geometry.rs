@@ -4,19 +4,8 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::contact::{link_obstacle_contact, wall_gap};
 use snake_core::obstacles::{CentreLine, ConvexPolygon, Obstacle, ObstacleGrid, Shape, WallGrid};
 use snake_core::planar::Pose;
-use snake_core::robot::Link;
 use snake_test_support::planar::Random;
-
-fn random_link(random: &mut Random) -> Link {
-    Link {
-        length: random.between(0.05, 0.3),
-        contact_half_length: random.between(0.0, 0.15),
-        radius: random.between(0.01, 0.1),
-        mass: 1.0,
-        inertia: 1.0,
-        roll_inertia: 1.0,
-    }
-}
+use snake_test_support::spatial_random::random_link;
 
 /// A wall, or corners on a circle in order: convex whatever they are.
 fn random_polygon(random: &mut Random) -> ConvexPolygon {

@@ -34,9 +34,9 @@ fn distance_by_projection(links: &[Link; 2], poses: &[Pose; 2]) -> f64 {
     for _ in 0..100_000 {
         let before = along;
         for k in [0, 1] {
-            let half = links[k].contact_half_length;
+            let Link { contact_half_length: half, cg_offset: middle, .. } = links[k];
             let to = point(1 - k, along[1 - k]) - poses[k].position;
-            along[k] = to.dot(&poses[k].axis()).clamp(-half, half);
+            along[k] = to.dot(&poses[k].axis()).clamp(middle - half, middle + half);
         }
         if before == along {
             break;
@@ -97,8 +97,8 @@ fn links_that_lie_flat_have_no_crossing() {
 
 #[test]
 fn parallel_links_touch_in_two_places() {
-    let link =
-        Link { contact_half_length: 0.04, radius: 0.05, length: 0.12, mass: 1.0, inertia: 1.0, roll_inertia: 1.0 };
+    let (contact_half_length, radius, cg_offset) = (0.04, 0.05, 0.0);
+    let link = Link { contact_half_length, radius, cg_offset, ..random_link(&mut Random::new(1)) };
     let lying = |x: f64, z: f64| Pose { position: Vector3::new(x, 0.0, z), orientation: orientation_of(0.0, 0.0, 0.0) };
     let touching = contacts(&[link; 2], &[lying(0.0, 0.0), lying(0.03, 0.1)]);
     let at_zero = touching.iter().filter(|(_, contact)| contact.gap.abs() < 1e-12);

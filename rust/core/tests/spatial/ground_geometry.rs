@@ -3,22 +3,22 @@
 use std::f64::consts::PI;
 
 use nalgebra::Vector3;
-use snake_core::robot::{Robot, RobotConfig};
+use snake_core::robot::{Link, Robot, RobotConfig};
 use snake_core::spatial::{End, Pose, assemble_chain, ground_gap, orientation_of, rest_on_ground};
 use snake_test_support::planar::{Random, links};
 use snake_test_support::spatial_random::{random_angle, random_pose};
 
 #[test]
 fn ground_gap_is_the_height_of_the_sphere_above_the_ground() {
-    let link = Robot::new(&RobotConfig::default()).unwrap().links[0];
+    let link = Link { cg_offset: 0.013, ..Robot::new(&RobotConfig::default()).unwrap().links[0] };
     let at = |pitch: f64, roll: f64| Pose {
         position: Vector3::new(0.3, -0.2, 0.2),
         orientation: orientation_of(0.7, pitch, roll),
     };
     for (pitch, roll) in [(0.0, 0.0), (0.4, 0.0), (-1.2, 2.0), (0.5 * PI, 0.3)] {
-        let lift = 0.0393 * pitch.sin();
-        assert!((ground_gap(&link, &at(pitch, roll), End::Front) - (0.2 + lift - 0.0525)).abs() < 1e-15);
-        assert!((ground_gap(&link, &at(pitch, roll), End::Rear) - (0.2 - lift - 0.0525)).abs() < 1e-15);
+        let [front, rear] = [0.013 + 0.0393, 0.013 - 0.0393].map(|along| 0.2 + along * pitch.sin() - 0.0525);
+        assert!((ground_gap(&link, &at(pitch, roll), End::Front) - front).abs() < 1e-15);
+        assert!((ground_gap(&link, &at(pitch, roll), End::Rear) - rear).abs() < 1e-15);
     }
 }
 

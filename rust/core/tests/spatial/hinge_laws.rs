@@ -4,7 +4,7 @@
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Wave};
-use snake_core::robot::{Axes, AxesConfig, LOCK_STIFFNESS, OneJoint, Robot, RobotConfig};
+use snake_core::robot::{Axes, AxesConfig, LOCK_STIFFNESS, OneJoint, PerLink, Robot, RobotConfig};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{
     ChainShape, ChainVelocity, Configuration, Fallback, Frame, Newton, Pose, Stage, StageDrive, Twist, assemble_chain,
@@ -14,7 +14,7 @@ use snake_test_support::planar::{LIMP, Random, ground};
 use snake_test_support::spatial::{implicit, undulation};
 use snake_test_support::spatial_stage::{Dense, stacked};
 
-use super::stage::{blank, moving};
+use super::stage::{blank, moving, off_centre};
 
 fn all(name: &str) -> AxesConfig {
     AxesConfig::Same(name.to_owned())
@@ -124,7 +124,8 @@ fn newton_fallback_and_dense_gauss_seidel_agree_on_hinges() {
     let mut random = Random::new(43);
     for trial in 0..40 {
         let links = 2 + trial % 6;
-        let stage = hinged(&mut random, links);
+        let mut stage = hinged(&mut random, links);
+        off_centre(&mut stage, trial);
         let slow = Dense::new(&stage).solve(&stage);
         let mut fast = blank(&stage);
         assert!(Newton::new(links).solve(&stage, &mut fast, 1e-9, 300, true).converged);
@@ -194,15 +195,16 @@ fn flying(config: RobotConfig, step: f64, random: &mut Random) -> SpatialSimulat
     let mut state = simulation.state().clone();
     let (mut velocity, mut omega) = (Vector3::new(0.02, 0.01, -0.01), drawn_vector(1.0, random));
     for i in 0..state.pose.len() {
-        let (half, far) = (0.5 * simulation.robot().links[i].length, state.pose[i]);
+        let far = state.pose[i];
         if i > 0 {
             let near = state.pose[i - 1];
-            velocity += omega.cross(&(near.axis() * half));
+            let [rear, front] = [simulation.robot().links[i - 1].arms()[1], simulation.robot().links[i].arms()[0]];
+            velocity += omega.cross(&(near.axis() * rear));
             omega += match axes[i - 1] {
                 Axes::About(axis) => near.orientation * Vector3::from(axis) * (rate[i - 1][0] + rate[i - 1][1]),
                 _ => near.orientation * Vector3::y() * rate[i - 1][0] + far.orientation * Vector3::x() * rate[i - 1][1],
             };
-            velocity += omega.cross(&(far.axis() * half));
+            velocity += omega.cross(&(far.axis() * front));
         }
         state.twist[i] = twist_of(velocity, far.orientation.inverse_transform_vector(&omega));
     }
@@ -233,7 +235,9 @@ fn limp_chains_of_hinges_keep_momenta_and_energy_in_flight() {
     for axes in [alternating(10), mixed(10, &mut random)] {
         let (mut lost, mut turned) = (Vec::new(), Vec::new());
         for step in [2e-3, 1e-3] {
-            let mut simulation = flying(robot(axes.clone(), 11), step, &mut Random::new(47));
+            let offsets = (0..11).map(|i| 0.04 * f64::from(i * i).sin()).collect();
+            let config = RobotConfig { cg_offset: PerLink::Each(offsets), ..robot(axes.clone(), 11) };
+            let mut simulation = flying(config, step, &mut Random::new(47));
             let (before, energy) = (momenta(&simulation), simulation.energy());
             let still = CardanGait { yaw: Gait::Wave(Wave::still()), pitch: Gait::Wave(Wave::still()) };
             let report = simulation.advance(1.0, &still);

@@ -4,6 +4,7 @@ mod accuracy;
 mod allocation;
 mod body_geometry;
 mod capsule_geometry;
+mod cg_offset_laws;
 mod discrepancy_laws;
 mod flight;
 mod ground_geometry;

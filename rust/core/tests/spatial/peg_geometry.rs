@@ -14,7 +14,7 @@ fn peg_gap_is_the_distance_between_the_surfaces() {
         let places = 20_000;
         let nearest = (0..=places)
             .map(|k| {
-                let s = link.contact_half_length * (2.0 * f64::from(k) / f64::from(places) - 1.0);
+                let s = link.cg_offset + link.contact_half_length * (2.0 * f64::from(k) / f64::from(places) - 1.0);
                 (pose.position + pose.axis() * s).xy().metric_distance(&Vector2::new(peg.x, peg.y))
             })
             .fold(f64::INFINITY, f64::min);

@@ -96,7 +96,9 @@ fn verify_balance(stage: &Stage, solution: &StageSolution, certificate: &mut Cer
         let (lateral, change) = (left(link.axial), solution.twist[i] - link.reference);
         let applied = applied_impulse(stage, solution, i);
         let mobility = Mobility::of(mass, inertia, half_length);
-        balance.add(&BalancedLink { mass, inertia, half_length, mobility, lateral, change, applied }, i == last);
+        let cg_offset = 0.0;
+        let balanced = BalancedLink { mass, inertia, half_length, cg_offset, mobility, lateral, change, applied };
+        balance.add(&balanced, i == last);
     }
     certificate.balance = balance.worst;
 }

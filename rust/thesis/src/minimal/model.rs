@@ -64,7 +64,7 @@ pub struct ModelLink {
 
 impl ModelLink {
     pub fn inertia(&self) -> LinkInertia {
-        LinkInertia { mass: self.mass, inertia: self.inertia, half_length: self.half_length }
+        LinkInertia { mass: self.mass, inertia: self.inertia, front: self.half_length, rear_ratio: 1.0 }
     }
 
     /// Slip velocity of the contact point `lever` before G_i, in the link's frame (T 6.10), (T 6.13).

@@ -146,6 +146,7 @@ impl Thesis {
                 mass: link.mass,
                 inertia: link.inertia,
                 half_length: 0.5 * link.length,
+                cg_offset: 0.0,
                 friction: system.friction_force(link) * h * system.stribeck().share(u.xy().norm_squared()),
             }
         }));

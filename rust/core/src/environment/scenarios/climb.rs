@@ -18,12 +18,12 @@ pub const FAMILY: Family = Family {
     description: "A pole to climb, by the distance to the goal line. The robot starts wound around it, and action zero rolls \
                   as a helix that presses on the pole. The x axis points up, gravity along -x, so that heights are distances; \
                   pictures show the pole lying. Coulomb friction at the pole falls from 1.0 to 0.7 with `difficulty`. A floor \
-                  catches robots that fall. Action zero needs joint torques of up to 150 N m, which the id allows and Aiko does not have: it weighs \
-                  7.5 kg.",
+                  catches robots that fall. Action zero needs joint torques of up to 80 N m, which the id allows; Aiko, \
+                  which weighs 7.5 kg, does not have them.",
     model: ModelKind::Spatial,
     has_pegs: false,
     slope: Slope { angle: FRAC_PI_2, direction: 0.0 },
-    torque_limit: 150.0,
+    torque_limit: 80.0,
     gait: |_| helix::rolling(WINDING),
     validate: helix::validate,
     scenario: |config, robot| Ok(Arc::new(Climb(Helix::new(config, robot, WINDING, AWAY)))),

@@ -49,6 +49,7 @@ pub fn require_aiko(config: &EnvConfig) -> Result<(), ConfigError> {
         ("robot.length", &config.robot.length, &aiko.length),
         ("robot.contact_half_length", &config.robot.contact_half_length, &aiko.contact_half_length),
         ("robot.radius", &config.robot.radius, &aiko.radius),
+        ("robot.cg_offset", &config.robot.cg_offset, &aiko.cg_offset),
     ];
     for (field, value, of_aiko) in shape {
         let expected = format!("{} for a course of the thesis, whose pegs fit Aiko's links", describe(of_aiko));
@@ -57,16 +58,9 @@ pub fn require_aiko(config: &EnvConfig) -> Result<(), ConfigError> {
     Ok(())
 }
 
-fn values(quantity: &PerLink) -> &[f64] {
-    match quantity {
-        PerLink::Same(value) => std::slice::from_ref(value),
-        PerLink::Each(values) => values,
-    }
-}
-
 fn same_everywhere(quantity: &PerLink, expected: &PerLink) -> bool {
-    let expected = values(expected)[0];
-    values(quantity).iter().all(|value| (value - expected).abs() <= 1e-9 * expected)
+    let expected = expected.values()[0];
+    quantity.values().iter().all(|value| (value - expected).abs() <= 1e-9 * expected)
 }
 
 fn describe(quantity: &PerLink) -> String {

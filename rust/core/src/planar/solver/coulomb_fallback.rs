@@ -18,7 +18,7 @@ pub(super) struct CoulombFallback {
 
 impl CoulombFallback {
     pub fn new(links: usize) -> Self {
-        let unknowns = (3 + 2 * PAIRS_PER_LINK + LINK_CONTACTS_PER_LINK) * links + 2;
+        let unknowns = (4 + 2 * PAIRS_PER_LINK + LINK_CONTACTS_PER_LINK) * links + 2;
         Self { newton: CoulombNewton::new(links), path: CoulombPath::new(unknowns), trial: StageSolution::new(links) }
     }
 
@@ -62,12 +62,13 @@ impl CoulombFallback {
 
     /// The reference velocity without impulses.
     fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution { twist, friction, actuator, gear, contact, obstacle_friction, pair, .. } = &mut self.trial;
+        let StageSolution { twist, friction, spin, actuator, gear, contact, obstacle_friction, pair, .. } =
+            &mut self.trial;
         for (twist, link) in twist.iter_mut().zip(&stage.links) {
             *twist = link.reference;
         }
         friction.iter_mut().for_each(|impulse| impulse.fill(0.0));
-        for impulses in [actuator, gear, contact, obstacle_friction, pair] {
+        for impulses in [spin, actuator, gear, contact, obstacle_friction, pair] {
             impulses.fill(0.0);
         }
     }

@@ -72,6 +72,22 @@ pub(super) struct ObstacleFrictionLaw {
     slope: Vector3<f64>,
 }
 
+/// Friction of the ground against the spin of a link.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SpinLaw {
+    /// From rates to velocities \[m\].
+    lever: f64,
+    /// Largest impulse at the lever \[N s\].
+    bound: f64,
+    pub impulse: f64,
+    pub centre: f64,
+    start: f64,
+    step: f64,
+    z: f64,
+    /// P - prox(z) \[N s\].
+    defect: f64,
+}
+
 /// Contact between two links.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PairLaw {
@@ -266,6 +282,52 @@ impl ObstacleFrictionLaw {
     pub fn find_step(&mut self, twist_step: &Vector3<f64>) {
         self.start = self.impulse;
         self.step = self.constant + self.slope.dot(twist_step);
+    }
+
+    pub fn move_along(&mut self, fraction: f64) {
+        self.impulse = self.start + self.step * fraction;
+    }
+
+    /// Visits the impulse with its step.
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
+        visitor(&mut self.impulse, self.step);
+    }
+}
+
+impl SpinLaw {
+    pub fn new(bound: f64, moment: f64, lever: f64) -> Self {
+        let impulse = moment / lever;
+        Self { lever, bound: bound / lever, impulse, centre: 0.0, start: 0.0, step: 0.0, z: 0.0, defect: 0.0 }
+    }
+
+    /// \[N m s\]
+    pub fn moment(&self) -> f64 {
+        self.impulse * self.lever
+    }
+
+    /// Evaluates the law; returns the defect \[N s\].
+    pub fn measure(&mut self, rate: f64, form: &CoulombForm) -> f64 {
+        let slip = self.lever * rate;
+        self.z = self.impulse - (slip + (self.impulse - self.centre) * form.compliance) * form.weight;
+        self.defect = self.impulse - Interval { limit: self.bound }.project(self.z);
+        self.defect
+    }
+
+    /// Step of the impulse at constant rate, and its change with the slip.
+    fn tangent(&self, form: &CoulombForm) -> (f64, f64) {
+        if self.z.abs() <= self.bound { form.opening_tangent(true, self.defect) } else { (-self.defect, 0.0) }
+    }
+
+    /// As [`GroundLaw::add_to`].
+    pub fn add_to(&self, balance: &mut Balance, form: &CoulombForm) {
+        let (constant, slope) = self.tangent(form);
+        balance.matrix[(2, 2)] -= self.lever * self.lever * slope;
+        balance.load.z += self.lever * constant;
+    }
+
+    pub fn find_step(&mut self, rate_step: f64, form: &CoulombForm) {
+        let (constant, slope) = self.tangent(form);
+        (self.start, self.step) = (self.impulse, constant + slope * self.lever * rate_step);
     }
 
     pub fn move_along(&mut self, fraction: f64) {

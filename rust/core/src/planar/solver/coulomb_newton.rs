@@ -6,7 +6,7 @@ use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::{Stage, StageSolution};
 use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank, MotorTerm};
 
-use super::coulomb_laws::{ContactLaw, GroundLaw, ObstacleFrictionLaw, PairLaw, mass_matrix};
+use super::coulomb_laws::{ContactLaw, GroundLaw, ObstacleFrictionLaw, PairLaw, SpinLaw, mass_matrix};
 use super::coulomb_path::CoulombPath;
 use super::coulomb_sweep::{Balance, ChainLink};
 use super::newton::TUNING;
@@ -34,6 +34,8 @@ struct Link {
     /// Of the joint before the link, and its stiffness.
     actuator: ActuatorTerm<f64>,
     motor: Option<MotorTerm<f64>>,
+    /// Friction of the ground against spin.
+    spin: Option<SpinLaw>,
     stiffness: f64,
     /// Impulse of the joint on the link \[N m s\].
     moment: f64,
@@ -125,6 +127,7 @@ impl CoulombNewton {
             }
             turn = step.z;
             link.ground.visit(|value, step| visitor(value, step, weight));
+            link.spin.iter_mut().for_each(|spin| spin.visit(|value, step| visitor(value, step, weight)));
         }
         self.contacts.iter_mut().for_each(|contact| contact.law.visit(|value, step| visitor(value, step, weight)));
         self.friction.iter_mut().for_each(|row| row.visit(|value, step| visitor(value, step, weight)));
@@ -155,12 +158,15 @@ impl CoulombNewton {
             let (motor, impulse) = (stage.motors.get(joint)?, solution.gear.get(joint)?);
             Some(MotorTerm::new(motor, *impulse, before.half_length, TUNING.penalty * before.mass))
         });
+        let spin = stage.spins.get(i).zip(solution.spin.get(i));
+        let spin = spin.map(|(bound, moment)| SpinLaw::new(*bound, *moment, link.half_length));
         let inertia = mass_matrix(link);
         self.links.push(Link {
             chain,
             ground: GroundLaw::new(link, stage.skin, &solution.friction[i]),
             actuator,
             motor,
+            spin,
             stiffness: 0.0,
             moment: 0.0,
             inertia,
@@ -209,6 +215,7 @@ impl CoulombNewton {
             behind.matrix += link.inertia;
             behind.load -= link.missing;
             link.ground.add_to(&mut behind, form);
+            link.spin.iter().for_each(|spin| spin.add_to(&mut behind, form));
             while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
                 contact.add_to(&mut behind, form);
             }
@@ -251,7 +258,10 @@ impl CoulombNewton {
         low_rank.correct(couplings, &mut Chain { links, head: &head });
         let pivots = links.iter().skip(1).map(|link| link.chain.orientation());
         self.orientation = pivots.product::<f64>() * matrix.determinant().signum() * low_rank.orientation();
-        links.iter_mut().for_each(|link| link.ground.find_step(&link.step, &form));
+        for link in links.iter_mut() {
+            link.ground.find_step(&link.step, &form);
+            link.spin.iter_mut().for_each(|spin| spin.find_step(link.step.z, &form));
+        }
         contacts.iter_mut().for_each(|contact| contact.find_step(&links[contact.link].step, &form));
         friction.iter_mut().for_each(|row| row.find_step(&links[row.link].step));
         for pair in pairs {
@@ -284,6 +294,9 @@ impl CoupledStage for CoulombNewton {
         for (i, link) in self.links.iter().enumerate() {
             solution.twist[i] = link.twist;
             solution.friction[i] = link.ground.impulse_in_frame();
+            if let Some(spin) = &link.spin {
+                solution.spin[i] = spin.moment();
+            }
             if i > 0 {
                 solution.actuator[i - 1] = link.actuator.impulse;
                 if let Some(motor) = &link.motor {
@@ -309,6 +322,7 @@ impl CoupledStage for CoulombNewton {
     fn recentre(&mut self) {
         self.links.iter_mut().for_each(|link| link.ground.centre = link.ground.impulse);
         self.links.iter_mut().filter_map(|link| link.motor.as_mut()).for_each(|motor| motor.recentre(true));
+        self.links.iter_mut().filter_map(|link| link.spin.as_mut()).for_each(|spin| spin.centre = spin.impulse);
         self.contacts.iter_mut().for_each(|contact| contact.law.centre = contact.law.impulse);
         self.friction.iter_mut().for_each(|row| row.centre = row.impulse);
         self.pairs.iter_mut().for_each(|pair| pair.law.centre = pair.law.impulse);
@@ -321,7 +335,8 @@ impl CoupledStage for CoulombNewton {
         let unilateral = unilateral.map(|law| (law.impulse - law.centre).abs());
         let friction = self.friction.iter().map(|row| (row.impulse - row.centre).abs());
         let gears = self.links.iter().filter_map(|link| link.motor.as_ref()).map(MotorTerm::centre_error);
-        ground.chain(unilateral).chain(friction).chain(gears).fold(0.0, f64::max)
+        let spins = self.links.iter().filter_map(|link| link.spin).map(|spin| (spin.impulse - spin.centre).abs());
+        ground.chain(unilateral).chain(friction).chain(gears).chain(spins).fold(0.0, f64::max)
     }
 
     fn negligible(&self) -> f64 {
@@ -334,6 +349,10 @@ impl CoupledStage for CoulombNewton {
         for link in &mut self.links {
             defect.add_impulse(link.ground.measure(&link.twist, &self.form), link.mass);
             link.missing = link.inertia * link.twist - link.momentum - link.ground.force();
+            if let Some(spin) = &mut link.spin {
+                defect.add_impulse(spin.measure(link.twist.z, &self.form), link.mass);
+                link.missing.z -= spin.moment();
+            }
         }
         self.contact_defects(&mut defect);
         let mut behind = Vector3::zeros();
@@ -363,6 +382,7 @@ impl CoupledStage for CoulombNewton {
             before = if i > 0 { link.chain.follow(&before, link.rate) } else { first };
             (link.twist, turn) = (before, link.step.z);
             link.ground.move_along(fraction);
+            link.spin.iter_mut().for_each(|spin| spin.move_along(fraction));
         }
         self.contacts.iter_mut().for_each(|contact| contact.law.move_along(fraction));
         self.friction.iter_mut().for_each(|row| row.move_along(fraction));

@@ -32,8 +32,8 @@ pub(super) struct ChainLink {
 impl ChainLink {
     /// `link` behind `before`; for link 1 pass it twice.
     pub fn new(before: &StageLink, link: &StageLink) -> Self {
-        let swing = link.heading.lateral() * link.half_length;
-        let arm = before.heading.lateral() * before.half_length + swing;
+        let swing = link.heading.lateral() * link.arms()[0];
+        let arm = before.heading.lateral() * before.arms()[1] + swing;
         let carry = Matrix3::new(1.0, 0.0, arm.x, 0.0, 1.0, arm.y, 0.0, 0.0, 1.0);
         let none = Vector3::zeros();
         Self { carry, hinge: swing.push(1.0), row: none, constant: 0.0, column: none, inverse: 0.0 }

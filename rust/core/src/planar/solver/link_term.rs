@@ -34,7 +34,7 @@ impl<T: Real> LinkTerm<T> {
         let rest = Vector3::new(zero, zero, zero);
         let ahead = Heading { cos: T::splat(1.0), sin: zero };
         Self {
-            segment: Segment::new(&ahead, &ahead, zero),
+            segment: Segment::new(&ahead, &ahead, [zero; 2]),
             mass: zero,
             inertia: zero,
             reference: rest,
@@ -60,7 +60,7 @@ impl<T: Real> LinkTerm<T> {
         friction: FrictionTerm<T>,
         actuator: ActuatorTerm<T>,
     ) {
-        self.segment.place(&link.heading, before, link.half_length);
+        self.segment.place(&link.heading, before, link.arms());
         (self.mass, self.inertia) = (link.mass, link.inertia);
         self.reference = in_frame(&link.heading, &link.reference);
         (self.friction, self.actuator) = (friction, actuator);

@@ -32,6 +32,8 @@ pub struct Newton<T: Real = f64> {
     pub(super) stops: Vec<StopTerm<T>>,
     /// Of the same; empty where robots have none.
     pub(super) motors: Vec<MotorTerm<T>>,
+    /// Of each link; empty where the ground does not resist spin.
+    pub(super) spins: Vec<MotorTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
     pub(super) obstacle_friction: ObstacleFriction<T>,
     pub(super) self_contacts: SelfContacts<T>,
@@ -59,6 +61,7 @@ impl<T: Real> Newton<T> {
             skin: None,
             stops: Vec::with_capacity(links - 1),
             motors: Vec::new(),
+            spins: Vec::new(),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             obstacle_friction: ObstacleFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
@@ -141,6 +144,11 @@ impl<T: Real> Newton<T> {
         for ((motor, link), impulse) in stage.motors.iter().zip(&stage.links).zip(&solution.gear) {
             let penalty = T::splat(TUNING.penalty) * link.mass;
             self.motors.push(MotorTerm::new(motor, *impulse, link.half_length, penalty));
+        }
+        self.spins.clear();
+        for ((&bound, link), &impulse) in stage.spins.iter().zip(&stage.links).zip(&solution.spin) {
+            let penalty = T::splat(TUNING.penalty) * link.mass;
+            self.spins.push(MotorTerm::friction(bound, impulse, link.half_length, penalty));
         }
         self.contacts.clear();
         for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
@@ -252,6 +260,10 @@ impl<T: Real> Newton<T> {
             let mut model = link.inertia_model();
             let stiffness = link.friction.evaluate(halves, &linear(&link.twist));
             model.add_friction(&stiffness, &link.friction.impulse());
+            if let Some(spin) = self.spins.get_mut(i) {
+                let (impulse, stiffness) = spin.evaluate(form, link.twist.z);
+                (model.gw, model.ww) = (model.gw - impulse, model.ww + stiffness);
+            }
             while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
                 let stiffness = contact.evaluate(form, &link.twist);
                 model.add_rank_one(&contact.direction, stiffness, -contact.law.impulse);
@@ -328,6 +340,9 @@ impl<T: Real> Newton<T> {
         for (impulse, motor) in solution.gear.iter_mut().zip(&self.motors) {
             *impulse = motor.friction;
         }
+        for (impulse, spin) in solution.spin.iter_mut().zip(&self.spins) {
+            *impulse = spin.friction;
+        }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
             *impulse = contact.law.impulse;
         }
@@ -362,7 +377,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         for stop in &self.stops {
             squared = squared.max(stop.squared_error());
         }
-        for motor in &self.motors {
+        for motor in self.motors.iter().chain(&self.spins) {
             squared = squared.max(motor.squared_error());
         }
         for contact in &self.contacts {
@@ -376,7 +391,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     fn stiffen(&mut self, factor: T) {
         self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
         self.stops.iter_mut().for_each(|stop| stop.stiffen(factor));
-        self.motors.iter_mut().for_each(|motor| motor.stiffen(factor));
+        self.motors.iter_mut().chain(&mut self.spins).for_each(|motor| motor.stiffen(factor));
         self.contacts.iter_mut().for_each(|contact| contact.law.stiffen(factor));
         self.obstacle_friction.stiffen(factor);
         self.self_contacts.stiffen(factor);
@@ -387,7 +402,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
         self.raise(lanes);
         self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
-        self.motors.iter_mut().for_each(|motor| motor.recentre(lanes));
+        self.motors.iter_mut().chain(&mut self.spins).for_each(|motor| motor.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
         self.obstacle_friction.recentre(lanes, &self.contacts);
         self.self_contacts.recentre(lanes);
@@ -417,7 +432,7 @@ fn full_step<T: Real>(head: Vector2<T>, lanes: T::Mask) -> impl FnMut(&mut LinkT
 #[inline(always)]
 fn free_end<T: Real>(link: &StageLink<T>, twist: &Vector3<T>) -> Vector2<T> {
     let u = in_frame(&link.heading, twist);
-    Vector2::new(u.x, u.y - link.half_length * u.z)
+    Vector2::new(u.x, u.y - link.arms()[0] * u.z)
 }
 
 /// An outer step with this penalty gains five to six digits, and one is mostly enough; a stick stiffness beyond 1e8

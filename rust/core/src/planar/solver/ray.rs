@@ -57,6 +57,9 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
         let (mut omega, mut change) = (T::zero(), T::zero());
         for (i, link) in newton.links.iter().enumerate() {
             add(link.friction.along(*halves, &linear(&link.start), &linear(&link.step), alpha));
+            if let Some(spin) = newton.spins.get(i) {
+                add(spin.along(|_| (T::zero(), T::zero()), link.start.z, link.step.z, alpha));
+            }
             let (rate, turn) = (link.start.z - omega, link.step.z - change);
             match i.checked_sub(1).and_then(|joint| newton.motors.get(joint)) {
                 Some(motor) => add(motor.along(|rate| link.actuator.at(rate), rate, turn, alpha)),
@@ -89,6 +92,9 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
         for (motor, links) in self.newton.motors.iter().zip(self.newton.links.windows(2)) {
             let [start, step] = [links[1].start.z - links[0].start.z, links[1].step.z - links[0].step.z];
             nearest.consider(motor.kink(start, step));
+        }
+        for (spin, link) in self.newton.spins.iter().zip(&self.newton.links) {
+            nearest.consider(spin.kink(link.start.z, link.step.z));
         }
     }
 }

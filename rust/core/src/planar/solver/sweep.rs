@@ -1,8 +1,8 @@
 //! One linear solve of the chain in O(n): elimination from tail to head with a value function.
 //!
 //! Unknowns are the velocity p of the free end of link 1 and the angular velocities omega_i. Link i
-//! has the joint velocity p_i at its near end, so that its CG moves with p_i + omega_i (L/2) e_y and
-//! its far end with p_{i+1} = p_i + omega_i L e_y. Given the minimum V_{i+1}(p_{i+1}, omega_i) of all
+//! has the joint velocity p_i at its near end, so that its CG moves with p_i + omega_i a e_y, a being the arm from there
+//! to the CG, L/2 where that is in the middle, and its far end with p_{i+1} = p_i + omega_i L e_y. Given the minimum V_{i+1}(p_{i+1}, omega_i) of all
 //! that lies behind, a quadratic of three variables, minimising over omega_i is one scalar pivot and
 //! leaves V_i(p_i, omega_{i-1}) of the same form: the recursion of linear-quadratic control.
 //!
@@ -34,8 +34,8 @@ pub(super) struct Quadratic<T> {
 pub(super) struct Segment<T> {
     /// Direction of the joint angle to the link before.
     turn: Heading<T>,
-    /// L_i / 2 \[m\].
-    half_length: T,
+    /// From the near end to the CG, and from there to the far end \[m\].
+    arms: [T; 2],
     elimination: Elimination<T>,
 }
 
@@ -200,14 +200,14 @@ impl<T: Real> Elimination<T> {
 impl<T: Real> Segment<T> {
     /// A link of heading `heading` behind one of heading `before`; for the first link that is its own.
     #[inline(always)]
-    pub fn new(heading: &Heading<T>, before: &Heading<T>, half_length: T) -> Self {
-        Self { turn: heading.relative_to(before), half_length, elimination: Elimination::zero() }
+    pub fn new(heading: &Heading<T>, before: &Heading<T>, arms: [T; 2]) -> Self {
+        Self { turn: heading.relative_to(before), arms, elimination: Elimination::zero() }
     }
 
     /// Puts another link in the place of this one; what an elimination left stays.
     #[inline(always)]
-    pub fn place(&mut self, heading: &Heading<T>, before: &Heading<T>, half_length: T) {
-        (self.turn, self.half_length) = (heading.relative_to(before), half_length);
+    pub fn place(&mut self, heading: &Heading<T>, before: &Heading<T>, arms: [T; 2]) {
+        (self.turn, self.arms) = (heading.relative_to(before), arms);
     }
 
     /// Eliminates omega_i, given the value of all that lies behind the far end and the link's own model at its CG,
@@ -215,8 +215,8 @@ impl<T: Real> Segment<T> {
     /// of the link before, and twice the decrease.
     #[inline(always)]
     pub fn eliminate(&mut self, behind: Quadratic<T>, own: Quadratic<T>, stiffness: T) -> (Quadratic<T>, T) {
-        let length = self.half_length + self.half_length;
-        let total = behind.seen_from_before(length).plus(own.seen_from_before(self.half_length));
+        let [near, far] = self.arms;
+        let total = behind.seen_from_before(near + far).plus(own.seen_from_before(near));
         let (elimination, left, decrease) = total.eliminate(stiffness);
         self.elimination = elimination;
         (left.turned_back(&self.turn), decrease)
@@ -234,8 +234,8 @@ impl<T: Real> Segment<T> {
     /// before, and the constant for [`Self::substitute_with`].
     #[inline(always)]
     pub fn eliminate_linear(&self, behind: &Vector3<T>, own: &Vector3<T>) -> (Vector3<T>, T) {
-        let (e, length) = (&self.elimination, self.half_length + self.half_length);
-        let turning = length.mul_add(behind.y, self.half_length.mul_add(own.y, own.z + behind.z));
+        let (e, [near, far]) = (&self.elimination, self.arms);
+        let turning = (near + far).mul_add(behind.y, near.mul_add(own.y, own.z + behind.z));
         let (x, y) = (e.px.mul_add(turning, own.x + behind.x), e.py.mul_add(turning, own.y + behind.y));
         let before = self.turn.to_world(Vector2::new(x, y));
         (Vector3::new(before.x, before.y, e.previous * turning), -(turning * e.inverse))
@@ -257,8 +257,8 @@ impl<T: Real> Segment<T> {
 
     #[inline(always)]
     fn move_along(&self, near: Vector2<T>, omega: T, end: &mut Vector2<T>) -> Vector3<T> {
-        let centre = self.half_length.mul_add(omega, near.y);
-        *end = Vector2::new(near.x, self.half_length.mul_add(omega, centre));
+        let centre = self.arms[0].mul_add(omega, near.y);
+        *end = Vector2::new(near.x, self.arms[1].mul_add(omega, centre));
         Vector3::new(near.x, centre, omega)
     }
 }

@@ -62,16 +62,16 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             *torque = *impulse * per_second;
         }
         let elapsed = h - T::splat(GAMMA) * h;
-        let Motion { half_length, base, heading, start_pose, .. } = &mut self.motion;
-        travel(half_length, start_pose, &self.result.twist, elapsed, base, heading);
+        let Motion { arms, base, heading, start_pose, .. } = &mut self.motion;
+        travel(arms, start_pose, &self.result.twist, elapsed, base, heading);
     }
 
     #[inline(always)]
     fn predict(&mut self, c: T, elapsed: T, pending: T::Mask) {
         self.stage.coefficient = c;
         self.motion.elapsed = elapsed;
-        let Motion { half_length, base, guess, predicted, heading, .. } = &mut self.motion;
-        travel(half_length, base, guess, c, predicted, heading);
+        let Motion { arms, base, guess, predicted, heading, .. } = &mut self.motion;
+        travel(arms, base, guess, c, predicted, heading);
         let folding = Folding::of(self.motion.predicted.iter().map(|pose| pose.z));
         self.self_contacts.predict(&folding);
         let bend = if self.joint_stops.has_own_bounds() {
@@ -81,8 +81,8 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         };
         self.joint_stops.predict(bend);
         if self.has_obstacles || self.self_contacts.is_any_possible() {
-            let Motion { half_length, heading, guess, travel, .. } = &mut self.motion;
-            mean_twist(half_length, heading, guess, travel);
+            let Motion { arms, heading, guess, travel, .. } = &mut self.motion;
+            mean_twist(arms, heading, guess, travel);
             let gain = (self.pull.x * self.pull.x + self.pull.y * self.pull.y).sqrt() * c;
             let fastest = self.fastest(&self.motion.guess).max(self.fastest(&self.motion.reference) + gain);
             let displacement = self.bound(&self.motion.predicted, &self.motion.start_pose);
@@ -143,7 +143,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     fn arrive(&mut self) {
         let c = self.stage.coefficient;
         travel(
-            &self.motion.half_length,
+            &self.motion.arms,
             &self.motion.base,
             &self.result.twist,
             c,
@@ -194,7 +194,8 @@ impl<T: Real> Workspace<T> {
                 reference: Vector3::new(u.x + gain_x, u.y + gain_y, u.z),
                 mass: link.mass,
                 inertia: link.inertia,
-                half_length: self.motion.half_length[i],
+                half_length: link.half_length,
+                cg_offset: link.cg_offset,
                 friction: Vector2::new(link.friction.x * c, link.friction.y * c),
             });
         }
@@ -202,6 +203,14 @@ impl<T: Real> Workspace<T> {
             for (link, share) in self.stage.links.iter_mut().zip(self.stribeck.shares()) {
                 link.friction.x = link.friction.x * share;
                 link.friction.y = link.friction.y * share;
+            }
+        }
+        self.stage.spins.clear();
+        let spins = self.spin_torque.iter().zip(&self.constants).map(|(_, link)| link.spin * c);
+        self.stage.spins.extend(spins);
+        if self.stribeck.is_any {
+            for (spin, share) in self.stage.spins.iter_mut().zip(self.stribeck.shares()) {
+                *spin = *spin * share;
             }
         }
     }
@@ -278,6 +287,8 @@ impl<T: Real> Workspace<T> {
         for (impulse, force) in self.solution.friction.iter_mut().zip(&self.friction_force) {
             *impulse = Vector2::new(force.x * c, force.y * c);
         }
+        self.solution.spin.clear();
+        self.solution.spin.extend(self.spin_torque.iter().map(|torque| *torque * c));
         for (impulse, torque) in self.solution.actuator.iter_mut().zip(&self.actuator_torque) {
             *impulse = *torque * c;
         }
@@ -293,6 +304,9 @@ impl<T: Real> Workspace<T> {
         for (force, impulse) in self.friction_force.iter_mut().zip(&self.solution.friction) {
             force.x = T::select(lanes, impulse.x * per_second, force.x);
             force.y = T::select(lanes, impulse.y * per_second, force.y);
+        }
+        for (torque, impulse) in self.spin_torque.iter_mut().zip(&self.solution.spin) {
+            *torque = T::select(lanes, *impulse * per_second, *torque);
         }
         self.motors.store(self.stage.coefficient, &self.solution.gear, lanes);
         let rates = joint_rates(&self.motion.guess).zip(joint_rates(&self.solution.twist));

@@ -34,6 +34,9 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                 self.motion.start_pose[i].set_lane(lane, q);
                 self.motion.start_twist[i].set_lane(lane, u);
             }
+            for (link, lanes) in self.spin_torque.iter_mut().enumerate() {
+                lanes.set_lane(lane, warm_start.spin.get(link).copied().unwrap_or(0.0));
+            }
             for (lanes, force) in self.friction_force.iter_mut().zip(&warm_start.friction) {
                 lanes.x.set_lane(lane, force.x);
                 lanes.y.set_lane(lane, force.y);
@@ -111,6 +114,9 @@ impl<T: Real> Workspace<T> {
                 constants.inertia.set_lane(lane, link.inertia * mass);
                 constants.friction.x.set_lane(lane, bound.x);
                 constants.friction.y.set_lane(lane, bound.y);
+                if members.system.resists_spin() {
+                    constants.spin.set_lane(lane, members.system.spin_torque(link, &friction) * mass);
+                }
             }
         }
     }

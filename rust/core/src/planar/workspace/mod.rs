@@ -48,6 +48,8 @@ pub struct Workspace<T: Real> {
     pub closings: Closings,
     /// Forces of the last stage.
     pub friction_force: Vec<Vector2<T>>,
+    /// Of the ground against spin; empty where it does not resist it.
+    spin_torque: Vec<T>,
     pub actuator_torque: Vec<T>,
     pub stage: Stage<T>,
     pub solution: StageSolution<T>,
@@ -81,9 +83,14 @@ pub struct StageResult<T: Real> {
 pub struct LinkConstants<T> {
     pub mass: T,
     pub inertia: T,
+    /// L_i / 2, and how far the CG lies in front of the middle \[m\].
+    pub half_length: T,
+    pub cg_offset: T,
     pub reach: T,
     /// mu m g \[N\].
     pub friction: Vector2<T>,
+    /// Largest moment against spin \[N m\].
+    pub spin: T,
 }
 
 impl<T: Real> LinkConstants<T> {
@@ -91,8 +98,11 @@ impl<T: Real> LinkConstants<T> {
         Self {
             mass: T::splat(link.mass),
             inertia: T::splat(link.inertia),
+            half_length: T::splat(0.5 * link.length),
+            cg_offset: T::splat(link.cg_offset),
             reach: T::splat(link.reach()),
             friction: system.friction_force(link).map(T::splat),
+            spin: T::splat(system.spin_torque(link, &Vector2::repeat(1.0))),
         }
     }
 }
@@ -119,6 +129,7 @@ impl<T: Real> Workspace<T> {
             motors: Motors::new(&system.robot, 1),
             closings: Closings::none(),
             friction_force: vec![Vector2::new(zero, zero); links],
+            spin_torque: vec![zero; if system.resists_spin() { links } else { 0 }],
             actuator_torque: vec![zero; links - 1],
             stage: Stage { skin: system.skin(), ..Stage::with_capacity(links) },
             solution: StageSolution::new(links),

@@ -12,8 +12,8 @@ use super::motion_bound::MotionBound;
 /// Configurations and velocities of a stage.
 #[derive(Debug, Clone)]
 pub struct Motion<T> {
-    /// L_i / 2 \[m\].
-    pub half_length: Vec<T>,
+    /// Distances of each CG from the joints in front of the link and behind it \[m\].
+    pub arms: Vec<[T; 2]>,
     /// Of all links \[m\].
     pub smallest_radius: f64,
     /// State at the start of the step.
@@ -50,7 +50,7 @@ impl<T: Real> Motion<T> {
         let (links, zero) = (&system.robot.links, T::zero());
         let rest = vec![Vector3::new(zero, zero, zero); links.len()];
         Self {
-            half_length: links.iter().map(|link| T::splat(0.5 * link.length)).collect(),
+            arms: links.iter().map(|link| link.arms().map(T::splat)).collect(),
             smallest_radius: system.smallest_radius(),
             start_pose: rest.clone(),
             start_twist: rest.clone(),

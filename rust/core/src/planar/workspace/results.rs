@@ -110,6 +110,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 impl<T: Real> Workspace<T> {
     /// Keeps the friction of the last stage as the next initial guess.
     fn keep_friction(&self, lane: usize, body: &mut Body) {
+        body.warm_start.spin.clear();
+        body.warm_start.spin.extend(self.spin_torque.iter().map(|torque| torque.lane(lane)));
         for (force, lanes) in body.warm_start.friction.iter_mut().zip(&self.friction_force) {
             *force = Vector2::new(lanes.x.lane(lane), lanes.y.lane(lane));
         }

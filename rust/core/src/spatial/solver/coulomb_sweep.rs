@@ -35,7 +35,7 @@ pub(super) struct ChainLink {
 impl ChainLink {
     /// `link` behind `before`; for link 1 pass it twice.
     pub fn new(axes: Axes, before: &StageLink, link: &StageLink) -> Self {
-        let arm = before.joint_arm() + link.joint_arm();
+        let arm = before.joint_arms()[1] + link.joint_arms()[0];
         let mut carry = Matrix6::identity();
         carry.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm.cross_matrix());
         let hinge = hinge_directions(axes, &before.axes, &link.axes).map(|axis| stacked(&link.hinge(&axis)));

@@ -52,7 +52,8 @@ pub(super) struct LinkTerm<T: Real> {
     /// Theta_psi, and how much larger Theta_rho is.
     inertia: T,
     roll_excess: T,
-    sphere: T,
+    /// Coordinates of the spheres' centres along it, from the CG.
+    spheres: [T; 2],
     radius: T,
     /// From horizontal velocities to the slip gamma^ of [`FrictionTerm`]: S times the directions of frame Pi, as rows.
     slip: [Vector2<T>; 2],
@@ -111,7 +112,7 @@ impl<T: Real> LinkTerm<T> {
             inverse_mass: T::splat(1.0) / link.mass,
             inertia: link.inertia,
             roll_excess: link.roll_inertia - link.inertia,
-            sphere: link.sphere,
+            spheres: link.spheres(),
             radius: link.radius,
             slip: [
                 Vector2::new(shape.x * tangent.x, shape.x * tangent.y),
@@ -140,11 +141,9 @@ impl<T: Real> LinkTerm<T> {
     /// From the CG to the contact points of both spheres (T 4.23).
     #[inline(always)]
     fn arms(&self) -> [Vector3<T>; 2] {
-        let reach = scaled(&self.axis, self.sphere);
-        [
-            Vector3::new(reach.x, reach.y, reach.z - self.radius),
-            Vector3::new(-reach.x, -reach.y, -reach.z - self.radius),
-        ]
+        // A map would be compiled as a function without the instructions of the kernel.
+        let (r, s) = (scaled(&self.axis, self.spheres[0]), scaled(&self.axis, self.spheres[1]));
+        [Vector3::new(r.x, r.y, r.z - self.radius), Vector3::new(s.x, s.y, s.z - self.radius)]
     }
 
     /// Slip gamma^ and vertical velocity of a contact point under a twist (T 4.24), (T 4.39).

@@ -183,7 +183,7 @@ impl<T: Real> Newton<T> {
         let axes = stage.axes_of(i.saturating_sub(1));
         let directions = hinge_directions(axes, &before.axes, &link.axes);
         let hinge = [link.hinge(&directions[0]), link.hinge(&directions[1])];
-        let segment = Segment::new(axes, sum(&before.joint_arm(), &link.joint_arm()), hinge);
+        let segment = Segment::new(axes, sum(&before.joint_arms()[1], &link.joint_arms()[0]), hinge);
         let (twist, rates, actuators) = match self.links.last() {
             Some(previous) => {
                 let relative = difference(&solution.twist[i].angular, &solution.twist[i - 1].angular);

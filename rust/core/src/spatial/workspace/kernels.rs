@@ -311,8 +311,8 @@ fn slips<'a, T: Real>(
     twists: &'a [Twist<T>],
 ) -> impl Iterator<Item = Vector2<T>> + 'a {
     links.iter().zip(frames.iter().zip(twists)).flat_map(|(link, (frame, twist))| {
-        [link.sphere, -link.sphere].map(|reach| {
-            let mut arm = scaled(&frame.axes[2], reach);
+        link.spheres().map(|along| {
+            let mut arm = scaled(&frame.axes[2], along);
             arm.z -= link.radius;
             let v = twist.velocity_at(&arm);
             Vector2::new(v.x, v.y)

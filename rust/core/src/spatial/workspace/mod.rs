@@ -100,7 +100,12 @@ impl<T: Real> Workspace<T> {
         let links = system.robot.link_count();
         let zero = T::zero();
         Self {
-            reach: system.robot.links.iter().map(|link| T::splat(link.reach().max(0.5 * link.length))).collect(),
+            reach: system
+                .robot
+                .links
+                .iter()
+                .map(|link| T::splat(link.reach().max(0.5 * link.length + link.cg_offset.abs())))
+                .collect(),
             gravity: system.gravity.map(T::splat),
             is_varied: false,
             motion: Motion::new(system),
@@ -155,6 +160,7 @@ fn empty_stage<T: Real>(system: &SpatialSystem) -> Stage<T> {
         inertia: T::splat(link.inertia),
         roll_inertia: T::splat(link.roll_inertia),
         half_length: T::splat(0.5 * link.length),
+        cg_offset: T::splat(link.cg_offset),
         sphere: T::splat(link.contact_half_length),
         radius: T::splat(link.radius),
         tangent: Vector2::new(T::splat(1.0), zero),

@@ -1,17 +1,37 @@
+use nalgebra::Vector3;
+
 use crate::planar::solver::terms::ActuatorTerm;
 use crate::planar::{Stage, StageJoint};
 use crate::rows::MotorRow;
 
 use super::actuator_bounds::ActuatorBounds;
 
-/// A bounded linear law of a joint's rate.
+/// What turns: a joint, or a link on the ground.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Turning {
+    Joint(usize),
+    Spin(usize),
+}
+
+impl Turning {
+    /// Its rate under these twists.
+    pub fn rate(self, twist: &[Vector3<f64>]) -> f64 {
+        match self {
+            Self::Joint(j) => twist[j + 1].z - twist[j].z,
+            Self::Spin(i) => twist[i].z,
+        }
+    }
+}
+
+/// A bounded linear law of the rate of a joint, or of the spin of a link.
 ///
 /// The law of an actuator falls from one bound to the other in straight pieces: one without backlash and motor, one at
 /// either end of the play, one on each line of a motor. It is the sum of the bounded linear laws of the pieces, each
-/// symmetric about its middle, and of the mean of both ends. The friction of a gear is one more, whose piece is steep.
+/// symmetric about its middle, and of the mean of both ends. The friction of a gear is one more, whose piece is steep, and
+/// so is that of the ground against spin.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BoundedActuator {
-    pub joint: usize,
+    pub of: Turning,
     pub law: StageJoint,
     /// Added to the law \[N m s\].
     mean: f64,
@@ -19,8 +39,8 @@ pub(super) struct BoundedActuator {
 }
 
 impl BoundedActuator {
-    fn new(joint: usize, law: StageJoint, mean: f64) -> Self {
-        Self { joint, law, mean, bounds: ActuatorBounds::default() }
+    fn new(of: Turning, law: StageJoint, mean: f64) -> Self {
+        Self { of, law, mean, bounds: ActuatorBounds::default() }
     }
 
     /// (impulse after the direction's change at constant rate, -change of the impulse per change of rate).
@@ -29,7 +49,7 @@ impl BoundedActuator {
         (self.mean + self.bounds.impulse(&self.law) + change, stiffness)
     }
 
-    /// Updates the pairs to the joint's rate and its change.
+    /// Updates the pairs to the rate and its change.
     pub fn follow(&mut self, rate: f64, change: f64) {
         let (own, stiffness) = self.bounds.linearised(&self.law, rate);
         self.bounds.follow(own - stiffness * change);
@@ -48,9 +68,9 @@ pub(super) fn actuator_impulse(joint: &StageJoint, motor: Option<&MotorRow>, rat
     motor.map_or(drive, |motor| motor.limit(rate, drive)).0
 }
 
-/// The friction of a motor's gear in front of a link of this inertia.
-pub(super) fn gear(motor: &MotorRow, inertia: f64) -> StageJoint {
-    StageJoint { drive: 0.0, stiffness: STIFFEST_GEAR * inertia, limit: motor.friction, slack: 0.0 }
+/// Friction of at most `bound` against the spin of a link of this inertia, or in the gear behind it.
+pub(super) fn turning_friction(bound: f64, inertia: f64) -> StageJoint {
+    StageJoint { drive: 0.0, stiffness: STIFFEST_GEAR * inertia, limit: bound, slack: 0.0 }
 }
 
 /// Lists the bounded actuators of a stage; `energy` is the stage's.
@@ -58,16 +78,21 @@ pub(super) fn list_bounded_actuators(stage: &Stage, energy: f64, actuators: &mut
     actuators.clear();
     let least = stage.links.iter().map(|link| link.inertia).fold(f64::INFINITY, f64::min);
     let fastest = FAR * (2.0 * energy / least).sqrt();
+    for (i, (&bound, link)) in stage.spins.iter().zip(&stage.links).enumerate().filter(|(_, (bound, _))| **bound > 0.0)
+    {
+        actuators.push(BoundedActuator::new(Turning::Spin(i), turning_friction(bound, link.inertia), 0.0));
+    }
     for (j, joint) in stage.joints.iter().enumerate() {
         let motor = stage.motors.get(j);
         if let Some(motor) = motor.filter(|motor| motor.friction > 0.0) {
-            actuators.push(BoundedActuator::new(j, gear(motor, stage.links[j].inertia), 0.0));
+            let law = turning_friction(motor.friction, stage.links[j].inertia);
+            actuators.push(BoundedActuator::new(Turning::Joint(j), law, 0.0));
         }
         if !is_bounded(stage, j) {
             continue;
         }
         if joint.slack == 0.0 && !falls(motor) {
-            actuators.push(BoundedActuator::new(j, *joint, 0.0));
+            actuators.push(BoundedActuator::new(Turning::Joint(j), *joint, 0.0));
             continue;
         }
         // Pieces need ends: where the actuator has no limit, one that the stage's energy does not reach.
@@ -101,7 +126,7 @@ fn list_pieces(j: usize, joint: &StageJoint, motor: Option<&MotorRow>, actuators
             let slope = drop / width;
             let middle = 0.5 * (ends[0] + ends[1]);
             let law = StageJoint { drive: slope * middle, stiffness: slope, limit: 0.5 * drop, slack: 0.0 };
-            actuators.push(BoundedActuator::new(j, law, std::mem::take(&mut mean)));
+            actuators.push(BoundedActuator::new(Turning::Joint(j), law, std::mem::take(&mut mean)));
         }
     }
 }
@@ -109,5 +134,5 @@ fn list_pieces(j: usize, joint: &StageJoint, motor: Option<&MotorRow>, actuators
 /// Bound on the rate of a joint, in rates that would take all of the stage's energy.
 const FAR: f64 = 10.0;
 
-/// Stiffness of a gear that sticks, in inertias of the link before.
+/// Stiffness of friction that sticks, in inertias of the link, or of that before the gear.
 const STIFFEST_GEAR: f64 = 1e9;

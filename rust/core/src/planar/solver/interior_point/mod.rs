@@ -16,7 +16,9 @@ mod pair;
 
 use nalgebra::Vector3;
 
-use self::actuator::{BoundedActuator, actuator_impulse, gear, is_bounded, list_bounded_actuators};
+use self::actuator::{
+    BoundedActuator, Turning, actuator_impulse, is_bounded, list_bounded_actuators, turning_friction,
+};
 use self::actuator_bounds::ActuatorBounds;
 use self::contact::Contact;
 use self::disc::Disc;
@@ -126,7 +128,7 @@ impl InteriorPoint {
         self.segments.clear();
         let mut before = &stage.links[0].heading;
         for link in &stage.links {
-            self.segments.push(Segment::new(&link.heading, before, link.half_length));
+            self.segments.push(Segment::new(&link.heading, before, link.arms()));
             before = &link.heading;
         }
         self.lightest = stage.lightest_mass();
@@ -144,8 +146,8 @@ impl InteriorPoint {
         for ((disc, link), u) in self.friction.iter_mut().zip(&stage.links).zip(twist) {
             disc.begin(link, u, mu);
         }
-        for BoundedActuator { joint, law, bounds, .. } in &mut self.actuators {
-            *bounds = ActuatorBounds::begin(law, twist[*joint + 1].z - twist[*joint].z, mu);
+        for BoundedActuator { of, law, bounds, .. } in &mut self.actuators {
+            *bounds = ActuatorBounds::begin(law, of.rate(twist), mu);
         }
         for (soft, contact) in self.contact.iter_mut().zip(&stage.contacts) {
             soft.begin(contact.opening(twist), stage.links[contact.link].mass, mu);
@@ -198,16 +200,16 @@ impl InteriorPoint {
         for (j, joint) in stage.joints.iter().enumerate().filter(|(j, _)| !is_bounded(stage, *j)) {
             let rate = twist[j + 1].z - twist[j].z;
             let impulse = (joint.drive - joint.stiffness * rate).clamp(-joint.limit, joint.limit);
-            self.add_actuator(j, impulse, joint.stiffness);
+            self.add_actuator(Turning::Joint(j), impulse, joint.stiffness);
         }
         for (j, motor) in stage.motors.iter().enumerate() {
             let (impulse, stiffness) = motor.passive(twist[j + 1].z - twist[j].z);
-            self.add_actuator(j, impulse, stiffness);
+            self.add_actuator(Turning::Joint(j), impulse, stiffness);
         }
         for k in 0..self.actuators.len() {
-            let j = self.actuators[k].joint;
-            let (impulse, stiffness) = self.actuators[k].linearised(twist[j + 1].z - twist[j].z);
-            self.add_actuator(j, impulse, stiffness);
+            let of = self.actuators[k].of;
+            let (impulse, stiffness) = self.actuators[k].linearised(of.rate(twist));
+            self.add_actuator(of, impulse, stiffness);
         }
         for (contact, soft) in stage.contacts.iter().zip(&self.contact) {
             let (impulse, stiffness) = soft.linearised(contact.opening(twist));
@@ -225,10 +227,18 @@ impl InteriorPoint {
         self.follow(stage, twist);
     }
 
-    fn add_actuator(&mut self, joint: usize, impulse: f64, stiffness: f64) {
-        self.models[joint].gw += impulse;
-        self.models[joint + 1].gw -= impulse;
-        self.stiffness[joint + 1] += stiffness;
+    fn add_actuator(&mut self, of: Turning, impulse: f64, stiffness: f64) {
+        match of {
+            Turning::Joint(joint) => {
+                self.models[joint].gw += impulse;
+                self.models[joint + 1].gw -= impulse;
+                self.stiffness[joint + 1] += stiffness;
+            }
+            Turning::Spin(link) => {
+                self.models[link].gw -= impulse;
+                self.models[link].ww += stiffness;
+            }
+        }
     }
 
     fn solve_linear_system(&mut self, stage: &Stage) {
@@ -259,8 +269,7 @@ impl InteriorPoint {
             }
         }
         for actuator in &mut self.actuators {
-            let j = actuator.joint;
-            actuator.follow(twist[j + 1].z - twist[j].z, direction[j + 1].z - direction[j].z);
+            actuator.follow(actuator.of.rate(twist), actuator.of.rate(direction));
         }
         for (contact, soft) in stage.contacts.iter().zip(&mut self.contact) {
             soft.follow(contact.opening(twist), contact.rate(direction));
@@ -345,9 +354,13 @@ impl InteriorPoint {
             let motor = stage.motors.get(j);
             solution.actuator[j] = actuator_impulse(joint, motor, rate);
             if let Some(motor) = motor {
-                let StageJoint { stiffness, limit, .. } = gear(motor, stage.links[j].inertia);
+                let StageJoint { stiffness, limit, .. } = turning_friction(motor.friction, stage.links[j].inertia);
                 solution.gear[j] = (-stiffness * rate).clamp(-limit, limit);
             }
+        }
+        for (i, (impulse, &bound)) in solution.spin.iter_mut().zip(&stage.spins).enumerate() {
+            let StageJoint { stiffness, limit, .. } = turning_friction(bound, stage.links[i].inertia);
+            *impulse = (-stiffness * solution.twist[i].z).clamp(-limit, limit);
         }
         for (impulse, (soft, contact)) in solution.contact.iter_mut().zip(self.contact.iter().zip(&stage.contacts)) {
             *impulse = soft.impulse(stage.links[contact.link].mass);
