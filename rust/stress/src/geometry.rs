@@ -151,6 +151,7 @@ impl Surroundings {
                     vec![corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)]
                 }
                 Shape::Polygon { vertices } => vertices.clone(),
+                other => unreachable!("no vertical body: {other:?}"),
             };
             all.walls.push(Outline::new(corners.into_iter().map(Vector2::from).collect()));
         }

@@ -274,7 +274,7 @@ struct ObstacleFields {
     x: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     y: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "number")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     angle: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     vertices: Option<Vec<Vec<f64>>>,
@@ -284,7 +284,7 @@ struct ObstacleFields {
     origin: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     inside: Option<bool>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     friction: Option<NumberOrGrid>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     mass: Option<f64>,
@@ -300,9 +300,9 @@ enum NumberOrGrid {
     Grid(Vec<Vec<f64>>),
 }
 
-/// None is no number, although it may be left out.
-fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
-    f64::deserialize(deserializer).map(Some)
+/// None is no value, although it may be left out.
+fn given<'de, T: Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(deserializer).map(Some)
 }
 
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]

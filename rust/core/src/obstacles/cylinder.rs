@@ -54,11 +54,11 @@ impl Cylinder {
     /// The contact at a feature: the ends of the line, an inner part of it, or a rim.
     pub fn contact_at(&self, line: &SolidLine, feature: usize) -> SolidContact {
         match (feature, self.is_pipe) {
-            (0 | 1, false) => self.to_solid(line, ALONG[feature]),
-            (0 | 1, true) => self.to_wall(line, ALONG[feature]),
-            (2 | 3, false) => self.to_inner_part(line, feature == 3),
-            (2, true) => self.to_outside(line),
-            (4 | 5, true) => self.to_rim(line, feature == 5),
+            (0 | 1, false) => self.solid_contact(line, ALONG[feature]),
+            (0 | 1, true) => self.wall_contact(line, ALONG[feature]),
+            (2 | 3, false) => self.inner_contact(line, feature == 3),
+            (2, true) => self.outside_contact(line),
+            (4 | 5, true) => self.rim_contact(line, feature == 5),
             _ => SolidContact::AWAY,
         }
     }
@@ -90,14 +90,14 @@ impl Cylinder {
         if beyond > beside { (beyond, end) } else { (beside, outward) }
     }
 
-    fn to_solid(&self, line: &SolidLine, along: f64) -> SolidContact {
+    fn solid_contact(&self, line: &SolidLine, along: f64) -> SolidContact {
         let (distance, normal) = self.signed_distance(&line.point(along));
         SolidContact { distance, normal, along, is_redundant: false }
     }
 
     /// Of the inner part of the line that is nearest to the solid cylinder, its first or its last point: the distance
     /// from a convex body is convex along a line.
-    fn to_inner_part(&self, line: &SolidLine, is_last: bool) -> SolidContact {
+    fn inner_contact(&self, line: &SolidLine, is_last: bool) -> SolidContact {
         let slope = |along: f64| self.signed_distance(&line.point(along)).1.dot(&line.half);
         let level = LEVEL * line.half.norm();
         let falls = |along: f64| slope(along) < if is_last { level } else { -level };
@@ -113,7 +113,7 @@ impl Cylinder {
         if is_last && !(slope(high - SAME) < level && slope(high - SAME) > -level) {
             return SolidContact::AWAY;
         }
-        self.to_solid(line, high)
+        self.solid_contact(line, high)
     }
 
     /// Whether a line is inside the pipe: its middle, or, where that is beyond the ends, a point so far from the axis.
@@ -124,7 +124,7 @@ impl Cylinder {
     }
 
     /// Of an end of the line and the wall of a pipe.
-    fn to_wall(&self, line: &SolidLine, place: f64) -> SolidContact {
+    fn wall_contact(&self, line: &SolidLine, place: f64) -> SolidContact {
         let point = line.point(place);
         let (along, from_axis, outward) = self.coordinates(&point);
         let beyond = (-along).max(along - self.length);
@@ -141,13 +141,13 @@ impl Cylinder {
     }
 
     /// Of an inner point of the line and the outside of a pipe.
-    fn to_outside(&self, line: &SolidLine) -> SolidContact {
+    fn outside_contact(&self, line: &SolidLine) -> SolidContact {
         let between = line.middle - self.start;
         let across = |v: &Vector3<f64>| v - self.axis * v.dot(&self.axis);
         let (half, offset) = (across(&line.half), across(&between));
         let place = -half.dot(&offset) / half.norm_squared();
         // Not a number for a parallel line, whose ends are as near.
-        if !(place.abs() < 1.0) {
+        if place.is_nan() || place.abs() >= 1.0 {
             return SolidContact::AWAY;
         }
         let (along, from_axis, outward) = self.coordinates(&line.point(place));
@@ -158,12 +158,12 @@ impl Cylinder {
     }
 
     /// Of an inner point of the line and the rim of a pipe's mouth, where the line passes through that.
-    fn to_rim(&self, line: &SolidLine, is_far: bool) -> SolidContact {
-        let (centre, into_wall) =
+    fn rim_contact(&self, line: &SolidLine, is_far: bool) -> SolidContact {
+        let (centre, inwall_contact) =
             if is_far { (self.start + self.axis * self.length, -self.axis) } else { (self.start, self.axis) };
         let across_mouth = line.half.dot(&self.axis);
         let place = (centre - line.middle).dot(&self.axis) / across_mouth;
-        if !(place.abs() < 1.0) {
+        if place.is_nan() || place.abs() >= 1.0 {
             return SolidContact::AWAY;
         }
         let (mut place, mut rim) = (place, centre);
@@ -175,9 +175,9 @@ impl Cylinder {
                 None => return SolidContact::AWAY,
             }
         }
-        let contact = SolidContact::between(line, place, &rim, into_wall);
+        let contact = SolidContact::between(line, place, &rim, inwall_contact);
         // Elsewhere the wall is nearer than its rim.
-        if contact.normal.dot(&into_wall) > ROUNDING { SolidContact::AWAY } else { contact }
+        if contact.normal.dot(&inwall_contact) > ROUNDING { SolidContact::AWAY } else { contact }
     }
 }
 

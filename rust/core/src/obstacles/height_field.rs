@@ -217,7 +217,7 @@ impl HeightField {
     }
 
     /// Unit vectors from an edge into its faces, and whether it is convex. Beside the field the face is a vertical one.
-    fn into_faces(&self, place: Place) -> ([Vector3<f64>; 2], bool) {
+    fn face_directions(&self, place: Place) -> ([Vector3<f64>; 2], bool) {
         let [from, to] = self.ends(place);
         let along = (to - from).normalize();
         let left = Vector3::new(-along.y, along.x, 0.0).normalize();
@@ -279,7 +279,7 @@ impl HeightField {
             let place = Place { i, j, kind };
             match kind {
                 _ if !exists(kind) => false,
-                ALONG_X | ALONG_Y | DIAGONAL => self.into_faces(place).1,
+                ALONG_X | ALONG_Y | DIAGONAL => self.face_directions(place).1,
                 CORNER => {
                     let (edges, count) = self.edges_at(i, j);
                     can_be_nearest(&edges[..count])
@@ -379,7 +379,7 @@ impl Surface for HeightField {
             let inward = |index: usize, axis: Vector3<f64>| if index == 0 { axis } else { -axis };
             [inward(place.i, Vector3::x()), inward(place.j, Vector3::y())].iter().for_each(visit);
         } else {
-            self.into_faces(place).0.iter().for_each(visit);
+            self.face_directions(place).0.iter().for_each(visit);
         }
     }
 
