@@ -183,9 +183,11 @@ impl LinkInStage<'_> {
         obstacle: usize,
         mut add: impl FnMut(usize, StageContact, Vector3<f64>),
     ) {
+        let body = obstacles.body(obstacle);
+        let margin = if body.is_some() { BODY_MARGIN } else { MARGIN };
         let mut look = |feature: usize, at_end: Plane, touching: f64, at_start: &dyn Fn() -> Plane| {
-            if !self.is_far(&at_end, touching)
-                && let Some((row, surface)) = self.row(index, [at_start(), at_end], touching)
+            if !self.is_far(&at_end, touching, margin)
+                && let Some((row, surface)) = self.row(index, [at_start(), at_end], touching, margin)
             {
                 add(feature, row, surface);
             }
@@ -203,12 +205,12 @@ impl LinkInStage<'_> {
             }
             return;
         }
-        if let Some(body) = obstacles.body(obstacle) {
+        if let Some(body) = body {
             let [start, end] = [&self.at.start, &self.at.end].map(|at| solid_line(self.at.link, at));
             let Twist { linear, angular } = &self.at.expected;
             let farthest = self.at.link.contact_half_length + self.at.link.cg_offset.abs();
             let travelled = self.coefficient * (linear.norm() + angular.norm() * farthest);
-            let reach = self.at.link.radius + FAR + travelled;
+            let reach = self.at.link.radius + margin + travelled;
             body.visit_contacts(&end, reach, |feature, at_end| {
                 look(feature, self.solid_plane(&self.at.end, &at_end), self.at.link.radius, &|| {
                     self.solid_plane(&self.at.start, &body.contact_at(&start, reach, feature))
@@ -231,10 +233,10 @@ impl LinkInStage<'_> {
 
     /// Whether the plane at the predicted end is certainly beyond the margin of [`Self::row`], wherever that at the start
     /// of the step is: neither deep nor passed, with a penetration before the step that would only add to the gap.
-    fn is_far(&self, plane: &Plane, touching: f64) -> bool {
+    fn is_far(&self, plane: &Plane, touching: f64, margin: f64) -> bool {
         let travelled = self.coefficient * plane.normal.dot(&self.expected_velocity(&plane.arm));
         let displacement = (self.at.end.position - self.at.start.position).norm();
-        plane.gap - travelled.max(0.0) > FAR && displacement <= touching
+        plane.gap - travelled.max(0.0) > margin + ROUNDING && displacement <= touching
     }
 
     fn solid_plane(&self, at: &LinkAxis, contact: &SolidContact) -> Plane {
@@ -254,6 +256,7 @@ impl LinkInStage<'_> {
         link: usize,
         [at_start, mut plane]: [Plane; 2],
         touching: f64,
+        margin: f64,
     ) -> Option<(StageContact, Vector3<f64>)> {
         let (c, displacement) = (self.coefficient, (self.at.end.position - self.at.start.position).norm());
         let mut travelled = c * plane.normal.dot(&self.expected_velocity(&plane.arm));
@@ -277,7 +280,7 @@ impl LinkInStage<'_> {
         };
         // The gap without motion or the predicted one, whichever is less.
         let closing = plane.normal.dot(&self.expected_velocity(&plane.arm)).min(0.0);
-        ((row.offset + closing) * c < MARGIN).then(|| (row, plane.arm - plane.normal * self.at.link.radius))
+        ((row.offset + closing) * c < margin).then(|| (row, plane.arm - plane.normal * self.at.link.radius))
     }
 
     fn plane(
@@ -311,5 +314,8 @@ impl LinkInStage<'_> {
 /// Predicted gap up to which a pair takes part \[m\].
 const MARGIN: f64 = 0.02;
 
-/// The same with room for round-off \[m\].
-const FAR: f64 = MARGIN + 1e-9;
+/// The same for bodies that may have many features under a link: more than a stage ends from its prediction \[m\].
+const BODY_MARGIN: f64 = 0.006;
+
+/// Room for round-off of a gap \[m\].
+const ROUNDING: f64 = 1e-9;
