@@ -181,11 +181,16 @@ def page() -> str:
 
 MODELS = ("planar", "spatial")
 CHOICES = {
-    "task": tuple(row["name"] for row in SCENARIOS),
     "action_mode": ("gait", "joints", "residual", "velocities", "torques"),
     "perception": ("pegs", "body", "blind"),
 }
 """Options on which the blocks of an observation depend, and their values."""
+
+
+def _choices(model: str) -> dict[str, tuple[str, ...]]:
+    """The same with the tasks that a model has: some families of scenes are in 3D only."""
+    tasks = tuple(row["name"] for row in SCENARIOS if row["model"] in (MODELS[0], model))
+    return {"task": tasks} | CHOICES
 
 
 def _capabilities() -> str:
@@ -234,11 +239,11 @@ def _model(model: str) -> str:
 def _actions(model: str) -> str:
     """One table for all action modes; rows that differ between tasks name theirs."""
     uses: dict[tuple[str, ...], dict[str, set[str]]] = {}
-    for mode, task in itertools.product(CHOICES["action_mode"], CHOICES["task"]):
+    for mode, task in itertools.product(CHOICES["action_mode"], _choices(model)["task"]):
         layout = layout_of(model=model, task=task, action_mode=mode)
         for row in grouped(map(action_row, layout["action"])):
             _note(uses.setdefault(row, {}), {"action_mode": mode, "task": task})
-    rows = [(*row, "; ".join(_conditions(found))) for row, found in uses.items()]
+    rows = [(*row, "; ".join(_conditions(model, found))) for row, found in uses.items()]
     head = ("action", "min", "max", "slew limit [unit/s]", "unit", "meaning", "only with")
     text = ACTION_TEXT if model == MODELS[0] else SAME_ACTIONS
     return "\n".join(["### Actions\n", text, _table(head, rows)])
@@ -268,8 +273,9 @@ def _block_rows(model: str) -> list[tuple[str, ...]]:
     uses: dict[str, dict[str, set[str]]] = {}
     order: list[str] = []
     on_request: set[str] = set()
-    for values in itertools.product(*CHOICES.values()):
-        options = dict(zip(CHOICES, values, strict=True))
+    choices = _choices(model)
+    for values in itertools.product(*choices.values()):
+        options = dict(zip(choices, values, strict=True))
         place = 0
         usual = layout_of(model=model, **options)
         named = layout_of(model=model, **options, observation_blocks=usual["on_request"])
@@ -281,7 +287,7 @@ def _block_rows(model: str) -> list[tuple[str, ...]]:
             blocks.setdefault(name, block)
             _note(uses.setdefault(name, {}), options)
             on_request |= {name} & set(usual["on_request"])
-    conditions = {name: ["on request"] * (name in on_request) + _conditions(uses[name]) for name in order}
+    conditions = {name: ["on request"] * (name in on_request) + _conditions(model, uses[name]) for name in order}
     return [_block_row(blocks[name], "; ".join(conditions[name])) for name in order]
 
 
@@ -298,13 +304,14 @@ def _note(uses: dict[str, set[str]], options: dict[str, str]) -> None:
         uses.setdefault(option, set()).add(value)
 
 
-def _conditions(uses: dict[str, set[str]]) -> list[str]:
-    """The options that something needs, or those with which it is absent where they are fewer."""
+def _conditions(model: str, uses: dict[str, set[str]]) -> list[str]:
+    """The options that something needs, or those with which it is absent where they are far fewer."""
     parts = []
     for option, found in uses.items():
-        present = [value for value in CHOICES[option] if value in found]
-        absent = [value for value in CHOICES[option] if value not in found]
-        if absent and len(absent) < len(present):
+        choices = _choices(model)[option]
+        present = [value for value in choices if value in found]
+        absent = [value for value in choices if value not in found]
+        if absent and 3 * len(absent) < len(present):
             parts.append(f"`{option}` not {', '.join(absent)}")
         elif absent:
             parts.append(f"`{option}` {', '.join(present)}")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from snake_env._native import simulate
 from snake_env.config.robot import LOCK_STIFFNESS, per_link
 from snake_env.errors import ConfigError
-from snake_env.obstacles import Circle, Obstacle, Segment, Vertical, outlines
+from snake_env.obstacles import Circle, Cylinder, HeightField, Obstacle, Polyhedron, Segment, Vertical, outlines
 
 if TYPE_CHECKING:
     from snake_env.config.controllers import PD
@@ -56,7 +56,7 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
         tolerance=TOLERANCE,
         gravity=_gravity(scene, robot),
     )
-    meshes = _add(root, "asset")
+    assets = _add(root, "asset")
     world = _add(root, "worldbody")
     _add(world, "light", pos=(0.0, 0.0, 4.0))
     ground = {"condim": 3, "friction": (scene.friction[0], 0.0, 0.0), **_solid(step)}
@@ -64,12 +64,23 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
         _add_orthotropic_pairs(root, scene, robot.links, step)
     _add(world, "geom", name="ground", type="plane", size=(0.0, 0.0, 1.0), **ground)
     for j, obstacle in enumerate(scene.obstacles, start=1):
-        name, height = f"obstacle_{j}", obstacle.height if isinstance(obstacle, Vertical) else None
+        name = f"obstacle_{j}"
         friction = obstacle.friction if isinstance(obstacle, Obstacle) else 0.0
         contact = {"condim": 3 if friction else 1, "friction": (friction, 0.0, 0.0), **_solid(step)}
-        _add_obstacle(world, meshes, obstacle, name, (-HEIGHT, HEIGHT if height is None else height - LID), contact)
+        if isinstance(obstacle, HeightField):
+            _add_field(world, assets, obstacle, name, ground if friction is None else contact)
+            continue
+        if isinstance(obstacle, Polyhedron):
+            _add_hull(world, assets, np.array(obstacle.vertices), name, contact)
+            continue
+        if isinstance(obstacle, Cylinder):
+            ends, radius = (*obstacle.start, *obstacle.end), float(obstacle.radius)
+            _add(world, "geom", name=name, type="cylinder", fromto=ends, size=(radius,), **contact)
+            continue
+        height = obstacle.height if isinstance(obstacle, Vertical) else None
+        _add_obstacle(world, assets, obstacle, name, (-HEIGHT, HEIGHT if height is None else height - LID), contact)
         if height is not None:
-            _add_obstacle(world, meshes, obstacle, f"{name}_top", (height - LID, height), ground)
+            _add_obstacle(world, assets, obstacle, f"{name}_top", (height - LID, height), ground)
     angles = posture.ravel().tolist()
     _add_chain(world, robot, place, angles, step)
     actuators, references = _add(root, "actuator"), []
@@ -85,12 +96,17 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
 
 
 def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
-    """MuJoCo's frame of a contact turns with the capsule on a plane, but not on the cylinder or mesh of a top face."""
-    has_top = any(isinstance(obstacle, Obstacle) and obstacle.height is not None for obstacle in scene.obstacles)
-    if has_top and scene.friction[0] != scene.friction[1]:
-        raise ConfigError(
-            "scene.friction", scene.friction, "equal coefficients where obstacles have top faces, for MuJoCo"
-        )
+    """MuJoCo's frame of a contact turns with the capsule on a plane, but not on other geoms."""
+    has_ground = any(
+        (isinstance(obstacle, Vertical) and obstacle.height is not None)
+        or (isinstance(obstacle, HeightField) and obstacle.friction is None)
+        for obstacle in scene.obstacles
+    )
+    if has_ground and scene.friction[0] != scene.friction[1]:
+        equal = "equal coefficients where top faces or height fields have the friction of the ground, for MuJoCo"
+        raise ConfigError("scene.friction", scene.friction, equal)
+    for j, obstacle in enumerate(scene.obstacles):
+        _require_geom(obstacle, f"scene.obstacles[{j}]")
     if scene.friction_backward not in (None, scene.friction[0]):
         raise ConfigError(
             "scene.friction_backward", scene.friction_backward, "None for MuJoCo, whose friction is symmetric"
@@ -107,6 +123,19 @@ def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
     ):
         if value != expected:
             raise ConfigError(field, repr(value), f"{expected!r} for MuJoCo")
+
+
+def _require_geom(obstacle: Any, path: str) -> None:
+    """MuJoCo has convex geoms, fields with one coefficient of friction, and a plane without end."""
+    if isinstance(obstacle, Cylinder) and obstacle.inside:
+        raise ConfigError(f"{path}.inside", True, "False for MuJoCo, which has no pipes")
+    if isinstance(obstacle, HeightField):
+        if np.ndim(obstacle.friction):  # type: ignore[arg-type]
+            raise ConfigError(f"{path}.friction", "an array", "None or one number for MuJoCo")
+        lowest = float(np.min(obstacle.height))
+        if lowest < 0.0:
+            expected = "all >= 0 for MuJoCo, whose plane z = 0 goes on below the field"
+            raise ConfigError(f"{path}.height", f"a lowest height of {lowest:g}", expected)
 
 
 def _gravity(scene: Scene, robot: Robot) -> tuple[float, float, float]:
@@ -134,7 +163,7 @@ def _add_orthotropic_pairs(root: Element, scene: Scene, links: int, step: float)
 
 def _add_obstacle(
     world: Element,
-    meshes: Element,
+    assets: Element,
     obstacle: Any,
     name: str,
     between: tuple[float, float],
@@ -155,9 +184,25 @@ def _add_obstacle(
         turn = (0.0, 0.0, math.atan2(along[1], along[0]))
         _add(world, "geom", name=name, type="box", size=size, pos=place, euler=turn, **contact)
         return
-    vertices = tuple(float(v) for z in between for corner in corners for v in (*corner, z))
-    _add(meshes, "mesh", name=name, vertex=vertices)
+    _add_hull(world, assets, np.array([(*corner, z) for z in between for corner in corners]), name, contact)
+
+
+def _add_hull(world: Element, assets: Element, vertices: Array, name: str, contact: dict[str, Any]) -> None:
+    """A mesh, which touches links with its convex hull."""
+    _add(assets, "mesh", name=name, vertex=tuple(vertices.ravel().tolist()))
     _add(world, "geom", name=name, type="mesh", mesh=name, **contact)
+
+
+def _add_field(world: Element, assets: Element, field: HeightField, name: str, contact: dict[str, Any]) -> None:
+    """Heights above the lowest one, in rows along x from the greatest y to the least; MuJoCo scales them to 0 to 1."""
+    height, half = np.array(field.height, np.float64), 0.5 * field.spacing
+    low, high = float(height.min()), float(height.max())
+    sides = [half * (count - 1) for count in height.shape]
+    rows = tuple(height.T[::-1].ravel().tolist())
+    size = (*sides, high - low if high > low else 1.0, HEIGHT)
+    _add(assets, "hfield", name=name, nrow=height.shape[1], ncol=height.shape[0], elevation=rows, size=size)
+    middle = (field.origin[0] + sides[0], field.origin[1] + sides[1], low)
+    _add(world, "geom", name=name, type="hfield", hfield=name, pos=middle, **contact)
 
 
 def _add_chain(world: Element, robot: Robot, place: tuple[float, ...], angles: list[float], step: float) -> None:

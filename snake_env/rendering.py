@@ -14,6 +14,7 @@ from snake_env.config import Scene
 from snake_env.obstacles import circles, heights, outlines
 from snake_env.picture import Picture
 from snake_env.state import State
+from snake_env.surfaces import bodies, field_height, fields, mesh
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
@@ -40,8 +41,15 @@ BORDER = (160, 148, 122)
 PEG = (120, 128, 138)
 LOW = (190, 192, 190)
 """Colour of an obstacle that hardly rises above the ground; the higher, the nearer to that of a peg."""
+PIPE = (214, 216, 210)
 HALF_SHADE = 0.1
 """Height at which the colour is half way [m]."""
+VALLEY = (150, 168, 176)
+"""Colour that uneven ground comes near to far below the plane; far above, it is that of a peg."""
+LIGHT = (-0.4, 0.5, 0.77)
+"""Direction to the light on slopes, a unit vector."""
+GRAIN = 8
+"""Side of the squares in which uneven ground is drawn, before they are smoothed [pixels drawn]."""
 BODY = ((56, 118, 88), (74, 138, 106))
 HEAD = (224, 142, 50)
 OUTLINE = (32, 60, 46)
@@ -66,6 +74,20 @@ def shade(height: float | None) -> Any:
     """Colour of an obstacle from its height [m]; None: without end."""
     share = 1.0 if height is None else height / (height + HALF_SHADE)
     return tuple(round(low + share * (high - low)) for low, high in zip(LOW, PEG, strict=True))
+
+
+def lit(colour: Any, slopes: Any) -> Array:
+    """Colours (..., 3) of the ground or of faces in the light, by their slopes along x and y (..., 2)."""
+    slopes = np.asarray(slopes, np.float64)
+    facing = (LIGHT[2] - slopes @ np.array(LIGHT[:2])) / np.sqrt(1.0 + (slopes**2).sum(axis=-1))
+    return np.clip(np.asarray(colour) * (0.4 + 0.6 * facing / LIGHT[2])[..., np.newaxis], 0.0, 255.0)
+
+
+def earth(height: Array) -> Array:
+    """Colours (..., 3) of level ground at a height above the plane (...) [m]."""
+    share = (np.abs(height) / (np.abs(height) + 2.0 * HALF_SHADE))[..., np.newaxis]
+    far = np.where((height > 0.0)[..., np.newaxis], PEG, VALLEY)
+    return GROUND + share * (far - GROUND)
 
 
 class Camera:
@@ -98,6 +120,11 @@ class Camera:
             room = np.array([self.canvas[0], self.canvas[1] - OVERSAMPLING * 2 * CAPTION_HEIGHT])
             self.scale = float((room / (high - low)).min())
 
+    def places(self, grain: int) -> Array:
+        """Points on the ground in the middles of squares of ``grain`` pixels, (columns, rows, 2) [m]."""
+        x, y = ((np.arange(-(-size // grain)) + 0.5) * grain - size / 2 for size in self.canvas)
+        return self.centre + np.stack(np.meshgrid(x, -y, indexing="ij"), axis=-1) / self.scale
+
     def pixel(self, point: Any) -> Point:
         """Pixel of a point on the ground [m]."""
         x, y = (np.asarray(point) - self.centre) * self.scale
@@ -110,6 +137,7 @@ def extent(state: State, scene: Scene, trail: Trail) -> tuple[Array, Array]:
         *state.link_position[:, :2],
         trail.start,
         *(corner for line in outlines(scene.obstacles) for corner in line),
+        *(corner for one in bodies(scene.obstacles) for corner in mesh(one)[0][:, :2]),
     ]
     low, high = np.min(points, axis=0), np.max(points, axis=0)
     discs = [(radius, np.array([x, y])) for radius, x, y in circles(scene.obstacles)]
@@ -209,6 +237,8 @@ class TopView:
         trail.follow(state)
         self._camera.aim(state, scene, trail)
         self._surface.fill(GROUND)
+        if self._picture.shows("obstacles"):
+            self._draw_fields(scene)
         layers = {
             "grid": lambda: self._draw_grid(),
             "goal": lambda: self._draw_goal(state),
@@ -257,7 +287,36 @@ class TopView:
         for y in (right, left):
             self._line((back, y), (goal, y), BORDER, 3)
 
+    def _draw_fields(self, scene: Scene) -> None:
+        """Uneven ground by its height, in the light."""
+        places = self._camera.places(GRAIN)
+        for field in reversed(fields(scene.obstacles)):
+            height, slopes = field_height(field, places)
+            coarse = pygame.Surface(places.shape[:2], pygame.SRCALPHA)
+            pygame.surfarray.blit_array(coarse, lit(earth(np.nan_to_num(height)), slopes).astype(np.uint8))
+            alpha = pygame.surfarray.pixels_alpha(coarse)
+            alpha[...] = np.where(np.isnan(height), 0, 255)
+            del alpha
+            size = [GRAIN * count for count in places.shape[:2]]
+            self._surface.blit(pygame.transform.smoothscale(coarse, size), (0, 0))
+
+    def _draw_bodies(self, scene: Scene) -> None:
+        """Polyhedra and poles face by face from below, pipes as their outlines with what is in them."""
+        faces = []
+        for one in bodies(scene.obstacles):
+            vertices, triangles = mesh(one)
+            corners = vertices[triangles]
+            normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            seen = normal[:, 2] > 1e-6 * np.linalg.norm(normal, axis=1)
+            top = float(vertices[:, 2].max())
+            for face, up in zip(corners[seen], normal[seen], strict=True):
+                colour = PIPE if getattr(one, "inside", False) else lit(shade(max(top, 0.0)), -up[:2] / up[2])
+                faces.append((float(face[:, 2].mean()), face[:, :2], colour))
+        for _, face, colour in sorted(faces, key=lambda one: one[0]):
+            self._polygon(face, colour)
+
     def _draw_obstacles(self, scene: Scene) -> None:
+        self._draw_bodies(scene)
         round_ones, others = heights(scene.obstacles)
         drawn: list[tuple[float | None, Any]] = [
             *zip(round_ones, circles(scene.obstacles), strict=True),

@@ -18,12 +18,14 @@ from snake_env.rendering import (
     HEAD,
     OUTLINE,
     OVERSAMPLING,
+    PIPE,
     Point,
     TopView,
     Trail,
     shade,
 )
 from snake_env.state import State
+from snake_env.surfaces import bodies, fields, ground_height, section
 
 with extras():
     import pygame
@@ -32,6 +34,10 @@ STRIP_HEIGHT = 110
 """Height of the side view [pixels]."""
 GROUND_LEVEL = 22
 """Height of the ground line in the strip [pixels]."""
+HIGHEST_LIFT = 0.5
+"""Height of a robot above the ground from which on the strip follows it, as on a pole [m]."""
+SAMPLES = 400
+"""Points of the profile of uneven ground across the strip."""
 Section = tuple[float, float, float]
 """Height of an obstacle, and where it begins and ends along the body from the CG [m]."""
 STRIP = (250, 249, 245)
@@ -47,6 +53,10 @@ class TwoViews(TopView):
         self._strip = pygame.Surface((self._camera.canvas[0], OVERSAMPLING * STRIP_HEIGHT))
         self._scale = self._camera.scale
         """Pixels of the strip per metre."""
+        self._profile = np.zeros((2, 2))
+        """Ground under the body: places along it, ascending, and heights (k, 2) [m]."""
+        self._base = 0.0
+        """Height at the ground line of the strip [m]."""
 
     def draw(self, state: State, scene: Scene, trail: Trail) -> pygame.Surface:
         """Picture as a surface."""
@@ -68,19 +78,25 @@ class TwoViews(TopView):
 
     def _draw_strip(self, state: State, scene: Scene) -> None:
         self._strip.fill(STRIP)
-        width, height = self._strip.get_size()
-        ground = height - OVERSAMPLING * GROUND_LEVEL
-        pygame.draw.rect(self._strip, GRID, (0, ground, width, height - ground))
         axes = state.link_axis
         ahead = _body_direction(axes)
         across = np.array([-ahead[1], ahead[0]])
-        found = sections(state, scene, ahead) if self._picture.shows("obstacles") else []
-        self._scale = self._fitting_scale(state, found)
-        self._draw_sections(found)
         places = state.link_middle - [*state.position, 0.0]
-        depth = places[:, :2] @ across
+        along, depth = places[:, :2] @ ahead, places[:, :2] @ across
+        shown = scene.obstacles if self._picture.shows("obstacles") else ()
+        side = self._strip.get_width() / (2 * self._camera.scale)
+        self._profile = _profile(shown, state, np.stack([along, depth], axis=1), 8.0 * side)
+        under = (self._profile[:, 0] >= along.min()) & (self._profile[:, 0] <= along.max())
+        ground = float(self._profile[under, 1].min(initial=np.inf)) if fields(shown) else 0.0
+        feet = state.link_middle[:, 2] - np.abs(axes[:, 2]) * state.link_half_length - state.link_radius
+        self._base = max(ground, float(feet.min()) - HIGHEST_LIFT)
+        found = sections(state, scene, ahead) if shown else []
+        self._scale = self._fitting_scale(state, found)
+        self._draw_ground()
+        self._draw_sections(found)
+        self._draw_bodies_cut(shown, state, ahead)
         for i in np.argsort(-depth, kind="stable"):
-            centre = np.array([places[i, :2] @ ahead, places[i, 2]])
+            centre = np.array([along[i], places[i, 2]])
             axis = np.array([axes[i, :2] @ ahead, axes[i, 2]])
             self._capsule(centre, axis, (state.link_half_length[i], state.link_radius[i]), _colour(i))
             self._load(centre, np.asarray(state.normal_force)[i])
@@ -91,8 +107,23 @@ class TwoViews(TopView):
         side = self._strip.get_width() / (2 * self._camera.scale)
         highest = max([float(tops.max()), *(height for height, start, end in sections if start < side and end > -side)])
         room = OVERSAMPLING * (STRIP_HEIGHT - GROUND_LEVEL)
-        halvings = max(0.0, np.ceil(np.log2(highest * self._camera.scale / room)))
+        halvings = max(0.0, np.ceil(np.log2((highest - self._base) * self._camera.scale / room)))
         return float(self._camera.scale * 0.5**halvings)
+
+    def _draw_ground(self) -> None:
+        width, height = self._strip.get_size()
+        surface = [self._on_strip(point) for point in self._profile]
+        pygame.draw.polygon(self._strip, GRID, [(0, height), *surface, (width, height)])
+
+    def _draw_bodies_cut(self, obstacles: Any, state: State, ahead: NDArray[np.float64]) -> None:
+        """Polyhedra and poles where the plane cuts them, of pipes the wall."""
+        for one in bodies(obstacles):
+            line = section(one, np.asarray(state.position), ahead)
+            if len(line) > 2:
+                is_pipe = getattr(one, "inside", False)
+                colour = PIPE if is_pipe else shade(float(line[:, 1].max()))
+                corners = [self._on_strip(corner) for corner in line]
+                pygame.draw.polygon(self._strip, colour, corners, OVERSAMPLING if is_pipe else 0)
 
     def _draw_sections(self, sections: list[Section]) -> None:
         """Higher ones behind."""
@@ -116,14 +147,14 @@ class TwoViews(TopView):
 
     def _load(self, centre: NDArray[np.float64], force: float) -> None:
         """The ground's normal force as a line below the ground."""
-        foot = np.array([centre[0], 0.0])
+        foot = np.array([centre[0], np.interp(centre[0], *self._profile.T)])
         ends = self._on_strip(foot), self._on_strip(foot - [0.0, NORMAL_FORCE_SCALE * force])
         if force > 0.0:
             pygame.draw.line(self._strip, FORCE, *ends, 2 * OVERSAMPLING)
 
     def _on_strip(self, point: Any) -> Point:
         """Pixel of a point given by its place along the body and its height [m]."""
-        x, z = np.asarray(point) * self._scale
+        x, z = (np.asarray(point) - [0.0, self._base]) * self._scale
         width, height = self._strip.get_size()
         return float(width / 2 + x), float(height - OVERSAMPLING * GROUND_LEVEL - z)
 
@@ -139,6 +170,18 @@ def sections(state: State, scene: Scene, ahead: NDArray[np.float64]) -> list[Sec
         if len(along) > 1:
             found.append((height, min(along), max(along)))
     return found
+
+
+def _profile(obstacles: Any, state: State, body: NDArray[np.float64], side: float) -> NDArray[np.float64]:
+    """Ground under the line of the body, whose links are at (L, 2) along its direction and across it (k, 2) [m]."""
+    if not fields(obstacles):
+        return np.array([[-side, 0.0], [side, 0.0]])
+    ahead = _body_direction(state.link_axis)
+    line = body[np.argsort(body[:, 0])]
+    inner = np.linspace(line[0, 0] - 1.0, line[-1, 0] + 1.0, SAMPLES)
+    x = np.concatenate([np.linspace(-side, inner[0], SAMPLES), inner, np.linspace(inner[-1], side, SAMPLES)])
+    places = np.stack([x, np.interp(x, *line.T)], axis=1) @ np.array([ahead, [-ahead[1], ahead[0]]])
+    return np.stack([x, ground_height(obstacles, state.position + places)], axis=1)
 
 
 def _crossing(start: NDArray[np.float64], end: NDArray[np.float64]) -> float | None:

@@ -36,7 +36,7 @@ FILMS = {
     "SnakeMaze-v1": Film("general", 0, {"difficulty": 1.0}),
     "SnakeCorridor-v1": Film("general", 0, {"difficulty": 1.0}),
     "SnakeCommand-v1": Film("heading control", 0, {}),
-    "SnakeTerrain-v1": Film("action zero", 0, {}),
+    "SnakeTerrain-v1": Film("action zero", 0, {"terrain": "ramps", "difficulty": 1.0}),
     "SnakePipe-v1": Film("action zero", 0, {}),
     "SnakeClimb-v1": Film("action zero", 0, {}),
     "SnakeSpatial-v1": Film("action zero", 0, {}),
@@ -93,7 +93,7 @@ def _caption(env_id: str) -> str:
         "heading control": "A scripted controller, heading control,",
     }
     actor = actors.get(film.policy, f"The shipped policy `{film.policy}`")
-    chosen = "".join(f", `{name}={value}`" for name, value in film.options.items())
+    chosen = "".join(f", `{name}={json.dumps(value)}`" for name, value in film.options.items())
     forces = "; arrows: forces of the pegs" if _pegs(env_id) else ""
     return f"{actor} on test scene {film.scene}{chosen}{forces}"
 

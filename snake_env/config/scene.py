@@ -136,7 +136,8 @@ class Scene(Section):
         position servos of the same names, and the keyframe "start" has the robot at its start. Broken joints have no
         servo; springs hold the locked ones, which need the integrator and at most the time step of the document.
         Contacts are those of MuJoCo, which are soft; friction along and across a link is that of explicit pairs with
-        the ground; rolling friction is left out, and of a motor the torque-speed line, with a warning.
+        the ground; rolling friction is left out, and of a motor the torque-speed line, with a warning. Pipes, height
+        fields that go below the plane, and friction of a field by cell are refused.
 
         Args:
             robot: default Aiko.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from snake_env._extras import extras
 from snake_env.obstacles import circles, heights, outlines
+from snake_env.surfaces import bodies, fields, ground_height, mesh
 from snake_env.viewer.frames import Frames
 
 with extras():
@@ -21,6 +22,7 @@ Colour = tuple[int, int, int]
 BODY: Colour = (0, 158, 115)
 HEAD: Colour = (230, 159, 0)
 OBSTACLE: Colour = (140, 146, 154)
+EARTH: Colour = (196, 186, 164)
 FORCE: Colour = (213, 94, 0)
 TRAIL: Colour = (0, 114, 178)
 GOAL: Colour = (204, 121, 167)
@@ -33,6 +35,8 @@ FORCE_SHOWN = 0.1
 """Forces below this have no arrow [N]."""
 NO_ARROW = np.array([[[0.0, 0.0, -1e4], [0.0, 0.0, -1e4 - 0.01]]])
 """Out of sight: a set of arrows cannot be empty."""
+PIPE_OPACITY = 0.3
+"""Of a pipe, in which robots are to be seen."""
 RISE = 0.004
 """Height of lines on the ground [m]."""
 
@@ -57,7 +61,7 @@ class Drawing:
             "/forces", NO_ARROW, FORCE, shaft_radius=0.006, head_radius=0.016, head_length=0.035, visible=False
         )
         if trail and len(frames) > 1:
-            self.trail(frames.position.mean(axis=1))
+            self.trail(frames)
 
     def _ground(self, frames: Frames) -> None:
         """A grid around everything; an inclined plane is drawn level, as the model's coordinates are."""
@@ -84,8 +88,16 @@ class Drawing:
                 batched_colors=OBSTACLE,
             )
         for k, (corners, one) in enumerate(zip(outlines(frames.scene.obstacles), others, strict=True)):
-            mesh = _prism(corners, HEIGHT if one is None else one)
-            self._scene.add_mesh_simple(f"/walls/{k}", mesh.vertices, mesh.faces, color=OBSTACLE, side="double")
+            wall = _prism(corners, HEIGHT if one is None else one)
+            self._scene.add_mesh_simple(f"/walls/{k}", wall.vertices, wall.faces, color=OBSTACLE, side="double")
+        self._surfaces("/fields", fields(frames.scene.obstacles), EARTH)
+        self._surfaces("/bodies", bodies(frames.scene.obstacles), OBSTACLE)
+
+    def _surfaces(self, name: str, obstacles: Sequence[Any], colour: Colour) -> None:
+        for k, one in enumerate(obstacles):
+            opacity = PIPE_OPACITY if getattr(one, "inside", False) else None
+            look: dict[str, Any] = {"color": colour, "opacity": opacity, "side": "double", "flat_shading": True}
+            self._scene.add_mesh_simple(f"{name}/{k}", *mesh(one), **look)
 
     def _goal(self, frames: Frames) -> None:
         if frames.goal is None:
@@ -95,8 +107,8 @@ class Drawing:
             turn = np.linspace(0.0, 2.0 * np.pi, 49)
             line = np.stack([x + frames.goal_radius * np.cos(turn), y + frames.goal_radius * np.sin(turn)], axis=1)
         else:
-            line = np.array([[x, y - 1.0], [x, y + 1.0]])
-        self._line("/goal", np.c_[line, np.full(len(line), RISE)], GOAL)
+            line = np.stack([np.full(41, x), y + np.linspace(-1.0, 1.0, 41)], axis=1)
+        self._ground_line("/goal", line, frames, GOAL)
 
     def _links(self, frames: Frames) -> None:
         """One batch of capsules per shape, so that 200 links are as cheap as ten."""
@@ -105,12 +117,12 @@ class Drawing:
             rows = np.flatnonzero((shapes == (half, radius)).all(axis=1))
             colours = np.tile(np.array(BODY, np.uint8), (len(rows), 1))
             colours[rows == 0] = HEAD
-            mesh = trimesh.creation.capsule(height=2.0 * half, radius=radius, count=(16, 16))
-            mesh.apply_translation(-mesh.bounds.mean(axis=0))
+            capsule = trimesh.creation.capsule(height=2.0 * half, radius=radius, count=(16, 16))
+            capsule.apply_translation(-capsule.bounds.mean(axis=0))
             handle = self._scene.add_batched_meshes_simple(
                 f"/links/{k}",
-                mesh.vertices,
-                mesh.faces,
+                capsule.vertices,
+                capsule.faces,
                 batched_wxyzs=frames.quaternion[0, rows],
                 batched_positions=frames.position[0, rows],
                 batched_colors=colours,
@@ -118,9 +130,12 @@ class Drawing:
             )
             self._shapes.append((rows, handle))
 
-    def trail(self, path: Array) -> None:
-        """Draws the path of the CG (T, 3)."""
-        self._line("/trail", np.c_[path[:, :2], np.full(len(path), RISE)], TRAIL)
+    def trail(self, frames: Frames) -> None:
+        """Draws the path of the CG on the ground."""
+        self._ground_line("/trail", frames.position[..., :2].mean(axis=1), frames, TRAIL)
+
+    def _ground_line(self, name: str, line: Array, frames: Frames, colour: Colour) -> None:
+        self._line(name, np.c_[line, ground_height(frames.scene.obstacles, line) + RISE], colour)
 
     def _line(self, name: str, points: Array, colour: Colour) -> None:
         pairs = np.stack([points[:-1], points[1:]], axis=1)

@@ -15,6 +15,7 @@ from snake_env.config import Start
 from snake_env.errors import ConfigError
 from snake_env.evaluation import seeds, tasks
 from snake_env.evaluation.tasks import BenchmarkTask, acting_in
+from snake_env.obstacles import HeightField
 from snake_env.policies.gaits import DEGREE, GaitParameters, GaitPolicy
 from snake_env.policies.loading import GAIT, SCRIPTED
 from snake_env.policies.shipped import NAMES
@@ -328,7 +329,7 @@ class Live:
         frames = self._frames()
         self._plots.show(frames)
         if len(frames) > 1:
-            self._drawing.trail(frames.position.mean(axis=1))
+            self._drawing.trail(frames)
 
     def _step(self) -> None:
         """One control period; at its end the episode may have ended."""
@@ -398,5 +399,8 @@ def _place(obstacle: Any) -> Any:
         return np.array(obstacle[1:3], float)
     if hasattr(obstacle, "x"):
         return np.array([obstacle.x, obstacle.y], float)
-    points = obstacle.points if hasattr(obstacle, "points") else (obstacle.start, obstacle.end)
-    return np.asarray(points, float).mean(axis=0)
+    if isinstance(obstacle, HeightField):
+        sides = obstacle.spacing * (np.array(np.shape(obstacle.height)) - 1)
+        return np.asarray(obstacle.origin, float) + 0.5 * sides
+    points = obstacle.vertices if hasattr(obstacle, "vertices") else (obstacle.start, obstacle.end)
+    return np.asarray(points, float)[:, :2].mean(axis=0)

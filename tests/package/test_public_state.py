@@ -54,7 +54,7 @@ def test_the_layout_describes_what_the_state_holds(env_id):
     env.reset(seed=0)
     found = {name: array.shape for name, array in env.unwrapped.state().arrays().items()}
     assert found.pop("obstacles")[0::2] == (2, 3)
-    assert found.pop("obstacle_force")[0::2] == (2, 3 if env_id == "SnakeSpatial-v1" else 2)
+    assert found.pop("obstacle_force")[0::2] == (2, 2 if env.unwrapped.layout["config"]["model"] == "planar" else 3)
     assert found.pop("path") == (2, 0, 2)
     assert found == described
     assert set(described) <= {one.name for one in dataclasses.fields(State)}
