@@ -14,7 +14,8 @@ def run(env_id, action, steps, **keywords):
     distances = []
     for _ in range(steps):
         *_, info = envs.step(np.broadcast_to(action, envs.action_space.shape).astype(np.float32))
-        assert not info["unconverged"].any() and not info["penetrated"].any()
+        assert not info["unconverged"].any()
+        assert not info["penetrated"].any()
         distances.append(info["distance"])
     return np.array(distances), envs
 
@@ -44,7 +45,8 @@ def test_sidewinding_crosses_uneven_ground(terrain):
     distances, envs = run("SnakeTerrain-v1", 0.0, 100, terrain=terrain, difficulty=1.0)
     assert (distances[-1] > 0.1).all()
     (field,) = envs.unwrapped.scene(0).obstacles
-    assert isinstance(field, snake_env.obstacles.HeightField) and np.ptp(field.height) > 0.03
+    assert isinstance(field, snake_env.obstacles.HeightField)
+    assert np.ptp(field.height) > 0.03
 
 
 @pytest.mark.parametrize("task", ["climb", "pipe"])

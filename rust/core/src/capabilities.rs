@@ -116,7 +116,12 @@ pub const CAPABILITIES: [Capability; 24] = {
         row(Feature::Walls, "contact with segments, boxes and polygons", "circles only", [Implicit, Implicit, Never]),
         row(Feature::ObstacleFriction, "friction at obstacles", "0", [Implicit, Implicit, Never]),
         row(Feature::ObstacleHeight, "obstacles of finite height", "None", [Never, Implicit, Never]),
-        row(Feature::Bodies, "height fields, polyhedra and cylinders", "vertical bodies", [Never, Implicit, Never]),
+        row(
+            Feature::Bodies,
+            "contact with height fields, polyhedra and cylinders",
+            "vertical bodies",
+            [Never, Implicit, Never],
+        ),
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
         row(Feature::Skin, "friction that differs forward and backward", "None", [Implicit, Implicit, Never]),
         row(Feature::SpinFriction, "friction of the ground against spin of a link", "0", [Implicit, Never, Never]),

@@ -383,6 +383,10 @@ impl Surface for HeightField {
         }
     }
 
+    fn touches(&self, face: usize) -> bool {
+        !self.is_level_ground(self.place(face))
+    }
+
     fn exit(&self, point: &Vector3<f64>) -> Option<usize> {
         let place = self.below(&point.xy())?;
         (point.z < self.height_over(place, &point.xy())).then(|| self.number(place))

@@ -30,6 +30,10 @@ pub(super) trait Surface {
     fn holds(&self, face: usize, foot: &Vector3<f64>) -> bool;
     /// Unit vectors from an edge into its faces, along them, or along the edges of a corner, away from it.
     fn visit_directions(&self, number: usize, visit: impl FnMut(&Vector3<f64>));
+    /// Whether links touch a face, or the ground's own law acts there.
+    fn touches(&self, _face: usize) -> bool {
+        true
+    }
     /// The face through which a point that is inside the body leaves it; none outside.
     fn exit(&self, point: &Vector3<f64>) -> Option<usize>;
 }
@@ -51,9 +55,18 @@ pub(super) fn visit_contacts(
     let seen = Seen::new(surface, line, reach);
     let mut found = [SolidContact::NONE; KEPT];
     let mut count = 0;
+    // An end may have entered the body farther than the reach.
+    for (end, exit) in seen.exits.iter().enumerate() {
+        if let Some(face) = exit.filter(|&face| surface.touches(face)) {
+            visit(face * PLACES + end, seen.end_on_face(&surface.part(face), end));
+        }
+    }
     surface.visit_parts(line, reach, |number, part| {
         let places = if matches!(part, Part::Face { .. }) { 2 } else { PLACES };
         for place in 0..places {
+            if places == 2 && seen.exits[place].is_some() {
+                continue;
+            }
             let Some(contact) = seen.contact(number, &part, place) else { continue };
             if !found[..count].iter().any(|known| is_same(known, &contact)) {
                 if count < KEPT {
@@ -100,9 +113,18 @@ impl<'a, S: Surface> Seen<'a, S> {
     #[inline]
     fn contact(&self, number: usize, part: &Part, place: usize) -> Option<SolidContact> {
         match part {
-            Part::Face { normal, point } => {
-                (place < 2).then(|| self.end_on_face(number, (normal, point), place)).flatten()
+            Part::Face { .. } if place < 2 => {
+                let contact = self.end_on_face(part, place);
+                let is_here = match self.exits[place] {
+                    Some(exit) => exit == number,
+                    None => {
+                        let foot = self.ends[place] - contact.normal * contact.distance;
+                        contact.distance >= 0.0 && self.surface.holds(number, &foot)
+                    }
+                };
+                (contact.distance <= self.reach && is_here).then_some(contact)
             }
+            Part::Face { .. } => None,
             Part::Edge(ends) => self.with_edge(number, ends, place),
             Part::Corner(at) => {
                 let along = if place < 2 { ALONG[place] } else { nearest_on_line(self.line, at)? };
@@ -111,22 +133,10 @@ impl<'a, S: Surface> Seen<'a, S> {
         }
     }
 
-    fn end_on_face(
-        &self,
-        number: usize,
-        (normal, on): (&Vector3<f64>, &Vector3<f64>),
-        end: usize,
-    ) -> Option<SolidContact> {
-        let point = self.ends[end];
-        let distance = (point - on).dot(normal);
-        if distance > self.reach {
-            return None;
-        }
-        let is_here = match self.exits[end] {
-            Some(exit) => exit == number,
-            None => distance >= 0.0 && self.surface.holds(number, &(point - normal * distance)),
-        };
-        is_here.then(|| SolidContact { distance, normal: *normal, along: ALONG[end], is_redundant: false })
+    fn end_on_face(&self, face: &Part, end: usize) -> SolidContact {
+        let Part::Face { normal, point } = *face else { return SolidContact::AWAY };
+        let distance = (self.ends[end] - point).dot(&normal);
+        SolidContact { distance, normal, along: ALONG[end], is_redundant: false }
     }
 
     fn with_edge(&self, number: usize, [from, to]: &[Vector3<f64>; 2], place: usize) -> Option<SolidContact> {

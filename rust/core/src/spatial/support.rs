@@ -70,8 +70,8 @@ pub fn rest_on(robot: &Robot, obstacles: &ObstacleGrid, pose: &mut [Pose]) {
             let at = LinkAxis { position: pose.position + Vector3::z() * lift, axis: pose.axis() };
             let is_above_ground = End::BOTH.iter().all(|&end| {
                 let centre = at.position + at.axis * end.along(link);
-                let is_carried = obstacles.support(&centre).is_some();
-                is_carried || centre.z - link.radius >= -depth
+                let ground = obstacles.support(&centre).map_or(0.0, |(_, height)| height);
+                centre.z - link.radius - ground >= -depth
             });
             let mut is_clear = is_above_ground;
             obstacles.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
