@@ -251,3 +251,11 @@ def test_the_strip_follows_a_robot_up():
 
     assert width(below) > 60
     assert width(above) == pytest.approx(width(below), abs=2)
+
+
+@pytest.mark.parametrize("slope", [0.1, 0.35])
+def test_a_robot_starts_on_raised_ground_and_not_inside_it(slope):
+    heights = np.tan(slope) * 0.1 * np.arange(61)[:, np.newaxis] * np.ones(61)
+    scene = Scene(obstacles=[HeightField(height=heights, spacing=0.1, origin=(-3.0, -3.0))])
+    trajectory = simulate(model="spatial", scene=scene, duration=0.01, sample=0.01)
+    assert trajectory.max_penetration < 1e-3

@@ -180,7 +180,7 @@ impl ObstacleGrid {
 
     /// Calls `visit` with every obstacle of finite height that may lie within `distance` of a point, seen from above.
     pub fn visit_solids(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(usize, Solid)) {
-        if self.may_have_top(point, distance) {
+        if !self.height.is_empty() && self.may_have_top(point, distance) {
             self.visit_obstacles(point, distance, |obstacle| {
                 self.solid(obstacle).into_iter().for_each(|solid| visit(obstacle, solid));
             });

@@ -93,12 +93,21 @@ impl HeightField {
         Ok(field)
     }
 
+    /// Whether links can touch anything but level ground.
+    pub fn has_parts(&self) -> bool {
+        self.has_parts
+    }
+
     /// Cells along x and y.
     fn cells(&self) -> [usize; 2] {
         self.size.map(|points| points - 1)
     }
 
+    /// Around the field, seen from above; around nothing where it is the plane of the ground.
     pub fn rectangle(&self) -> Rectangle {
+        if !self.has_parts && self.heights.iter().all(|&height| height == 0.0) {
+            return Rectangle::default();
+        }
         let low = Vector2::from(self.origin);
         Rectangle { low, high: low + Vector2::from(self.cells().map(|cells| cells as f64 * self.spacing)) }
     }
@@ -278,7 +287,7 @@ impl HeightField {
         let is_active = |kind: usize| {
             let place = Place { i, j, kind };
             match kind {
-                _ if !exists(kind) => false,
+                _ if !exists(kind) || self.is_flush(place) => false,
                 ALONG_X | ALONG_Y | DIAGONAL => self.face_directions(place).1,
                 CORNER => {
                     let (edges, count) = self.edges_at(i, j);
@@ -290,6 +299,21 @@ impl HeightField {
             }
         };
         (0..KINDS).filter(|&kind| is_active(kind)).fold(0, |bits, kind| bits | 1 << kind)
+    }
+
+    /// Whether a part is at the border of the field, and not above the plane of the ground beside it.
+    fn is_flush(&self, place: Place) -> bool {
+        let Place { i, j, kind } = place;
+        match kind {
+            CORNER | PILLAR => self.is_border(i, j) && self.point(i, j).z <= 0.0,
+            WALL_X => self.point(i, j).z.max(self.point(i + 1, j).z) <= 0.0,
+            WALL_Y => self.point(i, j).z.max(self.point(i, j + 1).z) <= 0.0,
+            ALONG_X | ALONG_Y => {
+                let [from, to] = self.ends(place);
+                from.z.max(to.z) <= 0.0 && self.beside_edge(place).iter().any(Option::is_none)
+            }
+            _ => false,
+        }
     }
 
     /// Outward normal of the vertical face below an edge of the border.

@@ -35,7 +35,9 @@ impl<T: Real> Workspace<T> {
             let [axis_before, axis_after] = frames.map(|frame| frame.axis_of(lane));
             let (of_stage, expected) = (self.stage.links[i].lane(lane), self.motion.expected[i].lane(lane));
             for side in 0..2 {
-                if let Some((obstacle, height)) = obstacles.support(&sphere(link, &axis_after, side)) {
+                // At the height of the plane the plane itself carries a sphere.
+                let below = obstacles.support(&sphere(link, &axis_after, side)).filter(|&(_, height)| height != 0.0);
+                if let Some((obstacle, height)) = below {
                     let height = height.max(NOWHERE);
                     self.supports.push(Support { lane, link: i, side, obstacle, height });
                     let closing = expected.velocity_at(&of_stage.ground_arm(side)).z;
