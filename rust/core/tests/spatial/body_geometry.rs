@@ -20,7 +20,7 @@ const DIVISIONS: usize = 24;
 
 fn field(rng: &mut Rng) -> (Body, Vec<Point>) {
     let heights: Vec<Vec<f64>> =
-        (0..6).map(|_| (0..6).map(|_| if rng.chance(0.3) { 0.1 } else { rng.uniform(-0.1, 0.2) }).collect()).collect();
+        (0..6).map(|_| (0..6).map(|_| if rng.chance(0.3) { 0.1 } else { rng.uniform(0.01, 0.3) }).collect()).collect();
     let at = |i: usize, j: usize| Point::new(0.2 * i as f64 - 0.5, 0.2 * j as f64 - 0.5, heights[i][j]);
     let mut points = Vec::new();
     for i in 0..5 {
