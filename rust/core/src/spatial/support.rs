@@ -77,7 +77,10 @@ pub fn rest_on(robot: &Robot, obstacles: &ObstacleGrid, pose: &mut [Pose]) {
             });
             let mut is_clear = is_above_ground;
             obstacles.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
-                if obstacles.solid(obstacle).is_some() || obstacles.body(obstacle).is_some() {
+                let body = obstacles.body(obstacle);
+                if body.is_some() || obstacles.solid(obstacle).is_some() {
+                    // Uneven ground is below, never beside.
+                    let depth = if body.is_some_and(|body| body.height_field().is_some()) { 0.0 } else { depth };
                     is_clear &= obstacle_gap(link, &at, obstacles, obstacle) >= -depth;
                 }
             });

@@ -177,6 +177,10 @@ fn starts_rest_on_the_ground_clear_of_pegs_and_on_their_references() {
                 let run = Run::new(&EnvConfig { action_mode, ..config(task) }, seed);
                 let model = run.environment.model();
                 assert!(model.simulation.min_gap() > -1e-12, "{task:?}, {}", model.simulation.min_gap());
+                if ["pipe", "climb"].contains(&task.family().name) {
+                    // They press on what they are wound around.
+                    continue;
+                }
                 let pose = &model.simulation.state().pose;
                 let mut reference = [0.0; 20];
                 model.reference.angles(model.robot().axis_list(), &mut reference);
