@@ -157,15 +157,14 @@ impl Cylinder {
         if is_beside { contact } else { SolidContact::AWAY }
     }
 
-    /// Of an inner point of the line and the rim of a pipe's mouth, where the line passes through that.
+    /// Of an inner point of the line and the rim of a pipe's mouth, from where the line comes nearest to its plane on.
     fn rim_contact(&self, line: &SolidLine, is_far: bool) -> SolidContact {
         let (centre, inwall_contact) =
             if is_far { (self.start + self.axis * self.length, -self.axis) } else { (self.start, self.axis) };
         let across_mouth = line.half.dot(&self.axis);
+        // Not a number for a line across the axis.
         let place = (centre - line.middle).dot(&self.axis) / across_mouth;
-        if place.is_nan() || place.abs() >= 1.0 {
-            return SolidContact::AWAY;
-        }
+        let place = if place.is_nan() { 0.0 } else { place.clamp(-1.0, 1.0) };
         let (mut place, mut rim) = (place, centre);
         for _ in 0..ROUNDS {
             let (_, _, outward) = self.coordinates(&line.point(place));
