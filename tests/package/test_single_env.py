@@ -111,7 +111,10 @@ def test_the_observation_is_not_constant_and_never_leaves_its_bounds(env_id):
     spread = np.ptp(np.concatenate(rows), axis=0)
     names = [f"{block['name']} {element}" for block in env.layout["observation"] for element in block["elements"]]
     assert len(names) == len(spread)
-    assert [name for name, width in zip(names, spread, strict=True) if width == 0.0] == []
+    constant = [name for name, width in zip(names, spread, strict=True) if width == 0.0]
+    # Robots in pipes and on poles do not come to the ground.
+    wound = env_id in ("SnakePipe-v1", "SnakeClimb-v1")
+    assert [name for name in constant if not (wound and name.startswith("normal_force"))] == []
 
 
 def test_the_layout_describes_actions():

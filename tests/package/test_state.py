@@ -188,7 +188,7 @@ def test_the_spec_survives_json_and_makes_the_same_environment(env_id):
 
 def test_numpy_values_as_keywords_survive_the_spec(env_id):
     options = {
-        "robot": {"links": np.int64(5), "mass": np.full(5, 0.6)},
+        "robot": {"links": np.int64(9), "mass": np.full(9, 0.6)},
         "difficulty": np.float32(0.25),
         "speed": (np.float64(0.1), np.float64(0.2)),
         "privileged": np.True_,

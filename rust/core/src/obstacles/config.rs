@@ -265,9 +265,9 @@ struct ObstacleFields {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     radius: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    start: Option<Vec<f64>>,
+    start: Option<Point>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    end: Option<Vec<f64>>,
+    end: Option<Point>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     size: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -277,7 +277,7 @@ struct ObstacleFields {
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     angle: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    vertices: Option<Vec<Vec<f64>>>,
+    vertices: Option<Vec<Point>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     spacing: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -298,6 +298,23 @@ struct ObstacleFields {
 enum NumberOrGrid {
     Number(f64),
     Grid(Vec<Vec<f64>>),
+}
+
+/// Seen from above, or in space.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(untagged, expecting = "2 or 3 coordinates")]
+enum Point {
+    Plane([f64; 2]),
+    Space([f64; 3]),
+}
+
+impl Point {
+    fn coordinates(&self) -> &[f64] {
+        match self {
+            Point::Plane(point) => point,
+            Point::Space(point) => point,
+        }
+    }
 }
 
 /// None is no value, although it may be left out.
@@ -399,12 +416,12 @@ impl ObstacleFields {
 }
 
 /// A point of as many coordinates as the shape has dimensions.
-fn array<const N: usize>(point: &[f64]) -> Option<[f64; N]> {
-    point.try_into().ok()
+fn array<const N: usize>(point: &Point) -> Option<[f64; N]> {
+    point.coordinates().try_into().ok()
 }
 
-fn arrays<const N: usize>(points: &[Vec<f64>]) -> Option<Vec<[f64; N]>> {
-    points.iter().map(|point| array(point)).collect()
+fn arrays<const N: usize>(points: &[Point]) -> Option<Vec<[f64; N]>> {
+    points.iter().map(array).collect()
 }
 
 impl From<&Obstacle> for ObstacleFields {
@@ -416,9 +433,12 @@ impl From<&Obstacle> for ObstacleFields {
             Shape::Circle(Peg { radius, x, y }) => {
                 Self { shape: ShapeName::Circle, radius: Some(*radius), x: Some(*x), y: Some(*y), ..common }
             }
-            Shape::Segment { start, end } => {
-                Self { shape: ShapeName::Segment, start: Some(start.to_vec()), end: Some(end.to_vec()), ..common }
-            }
+            Shape::Segment { start, end } => Self {
+                shape: ShapeName::Segment,
+                start: Some(Point::Plane(*start)),
+                end: Some(Point::Plane(*end)),
+                ..common
+            },
             Shape::Box { size, x, y, angle } => Self {
                 shape: ShapeName::Box,
                 size: Some(*size),
@@ -429,12 +449,13 @@ impl From<&Obstacle> for ObstacleFields {
             },
             Shape::Polygon { vertices } => Self { shape: ShapeName::Polygon, vertices: Some(rows(vertices)), ..common },
             Shape::Polyhedron { vertices } => {
-                Self { shape: ShapeName::Polyhedron, vertices: Some(rows(vertices)), ..common }
+                let vertices = vertices.iter().copied().map(Point::Space).collect();
+                Self { shape: ShapeName::Polyhedron, vertices: Some(vertices), ..common }
             }
             Shape::Cylinder { start, end, radius, inside } => Self {
                 shape: ShapeName::Cylinder,
-                start: Some(start.to_vec()),
-                end: Some(end.to_vec()),
+                start: Some(Point::Space(*start)),
+                end: Some(Point::Space(*end)),
                 radius: Some(*radius),
                 inside: Some(*inside),
                 ..common
@@ -457,10 +478,6 @@ impl From<&Obstacle> for ObstacleFields {
             }
         }
     }
-}
-
-fn rows<const N: usize>(points: &[[f64; N]]) -> Vec<Vec<f64>> {
-    points.iter().map(|point| point.to_vec()).collect()
 }
 
 impl Serialize for Obstacle {
