@@ -447,7 +447,11 @@ impl From<&Obstacle> for ObstacleFields {
                 angle: Some(*angle),
                 ..common
             },
-            Shape::Polygon { vertices } => Self { shape: ShapeName::Polygon, vertices: Some(rows(vertices)), ..common },
+            Shape::Polygon { vertices } => Self {
+                shape: ShapeName::Polygon,
+                vertices: Some(vertices.iter().copied().map(Point::Plane).collect()),
+                ..common
+            },
             Shape::Polyhedron { vertices } => {
                 let vertices = vertices.iter().copied().map(Point::Space).collect();
                 Self { shape: ShapeName::Polyhedron, vertices: Some(vertices), ..common }
