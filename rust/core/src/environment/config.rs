@@ -253,6 +253,9 @@ impl EnvConfig {
     /// # Errors
     /// Names the field, its value and the admissible range.
     pub fn validate(&self) -> Result<(), ConfigError> {
+        let is_in_space = self.task.family().model == ModelKind::Spatial;
+        let expected = format!("\"spatial\" for the task \"{}\"", self.task.family().name);
+        require(self.model == ModelKind::Spatial || !is_in_space, "model", "\"planar\"", &expected)?;
         let pegs = self.nearest_pegs;
         require((1..=MAX_NEAREST_PEGS).contains(&pegs), "nearest_pegs", pegs, "an integer in [1, 64]")?;
         within("control_period", self.control_period, 0.001, 1.0)?;

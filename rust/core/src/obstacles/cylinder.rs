@@ -6,7 +6,7 @@ use crate::error::{ConfigError, coordinate, length, require};
 
 use super::Rectangle;
 use super::solid::{SolidContact, SolidLine};
-use super::surface::{ALONG, nearest_on_line};
+use super::surface::ALONG;
 
 /// A cylinder between the centres of its two ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +58,7 @@ impl Cylinder {
             (0 | 1, true) => self.wall_contact(line, ALONG[feature]),
             (2 | 3, false) => self.inner_contact(line, feature == 3),
             (2, true) => self.outside_contact(line),
-            (4 | 5, true) => self.rim_contact(line, feature == 5),
+            (4.., true) => self.rim_contact(line, feature >= 6, feature % 2 == 1),
             _ => SolidContact::AWAY,
         }
     }
@@ -116,11 +116,15 @@ impl Cylinder {
         self.solid_contact(line, high)
     }
 
-    /// Whether a line is inside the pipe: its middle, or, where that is beyond the ends, a point so far from the axis.
-    fn is_inside(&self, line: &SolidLine, from_axis: f64) -> bool {
-        let (along, of_middle, _) = self.coordinates(&line.middle);
-        let is_within = along >= 0.0 && along <= self.length;
-        (if is_within { of_middle } else { from_axis }) < self.radius
+    /// Whether a line is inside the pipe: its middle, or, where that is before or behind the pipe, the point at which the
+    /// line passes the plane of the mouth.
+    fn is_inside(&self, line: &SolidLine) -> bool {
+        let (along, from_axis, _) = self.coordinates(&line.middle);
+        let to_mouth = along.clamp(0.0, self.length) - along;
+        if to_mouth == 0.0 {
+            return from_axis < self.radius;
+        }
+        self.coordinates(&line.point(to_mouth / line.half.dot(&self.axis))).1 < self.radius
     }
 
     /// Of an end of the line and the wall of a pipe.
@@ -132,11 +136,8 @@ impl Cylinder {
             let rim = self.start + self.axis * along.clamp(0.0, self.length) + outward * self.radius;
             return SolidContact { is_redundant: false, ..SolidContact::between(line, place, &rim, outward) };
         }
-        let (distance, normal) = if self.is_inside(line, from_axis) {
-            (self.radius - from_axis, -outward)
-        } else {
-            (from_axis - self.radius, outward)
-        };
+        let (distance, normal) =
+            if self.is_inside(line) { (self.radius - from_axis, -outward) } else { (from_axis - self.radius, outward) };
         SolidContact { distance, normal, along: place, is_redundant: false }
     }
 
@@ -157,31 +158,35 @@ impl Cylinder {
         if is_beside { contact } else { SolidContact::AWAY }
     }
 
-    /// Of an inner point of the line and the rim of a pipe's mouth, from where the line comes nearest to its plane on.
-    fn rim_contact(&self, line: &SolidLine, is_far: bool) -> SolidContact {
-        let (centre, inwall_contact) =
+    /// Of an inner point of the line and a rim: of those nearest to both ends of the line, each once.
+    fn rim_contact(&self, line: &SolidLine, is_far: bool, is_second: bool) -> SolidContact {
+        let (centre, into_wall) =
             if is_far { (self.start + self.axis * self.length, -self.axis) } else { (self.start, self.axis) };
-        let across_mouth = line.half.dot(&self.axis);
-        // Not a number for a line across the axis.
-        let place = (centre - line.middle).dot(&self.axis) / across_mouth;
-        let place = if place.is_nan() { 0.0 } else { place.clamp(-1.0, 1.0) };
-        let (mut place, mut rim) = (place, centre);
-        for _ in 0..ROUNDS {
-            let (_, _, outward) = self.coordinates(&line.point(place));
-            rim = centre + outward * self.radius;
-            match nearest_on_line(line, &rim) {
-                Some(nearest) => place = nearest,
-                None => return SolidContact::AWAY,
-            }
+        let [first, second] = ALONG.map(|end| self.nearest_to_rim(line, &centre, end));
+        let place = if is_second { second } else { first };
+        if place.abs() >= 1.0 || (is_second && (first - second).abs() < SAME) {
+            return SolidContact::AWAY;
         }
-        let contact = SolidContact::between(line, place, &rim, inwall_contact);
+        let contact = SolidContact::between(line, place, &self.on_rim(line, &centre, place), into_wall);
         // Elsewhere the wall is nearer than its rim.
-        if contact.normal.dot(&inwall_contact) > ROUNDING { SolidContact::AWAY } else { contact }
+        if contact.normal.dot(&into_wall) > ROUNDING { SolidContact::AWAY } else { contact }
+    }
+
+    /// The place of the line that is nearest to a rim, from one of its ends on.
+    fn nearest_to_rim(&self, line: &SolidLine, centre: &Vector3<f64>, end: f64) -> f64 {
+        let squared = line.half.norm_squared().max(f64::MIN_POSITIVE);
+        let nearest = |place: f64| (self.on_rim(line, centre, place) - line.middle).dot(&line.half) / squared;
+        (0..ROUNDS).fold(end, |place, _| nearest(place).clamp(-1.0, 1.0))
+    }
+
+    /// The point of a rim that is nearest to a point of the line.
+    fn on_rim(&self, line: &SolidLine, centre: &Vector3<f64>, place: f64) -> Vector3<f64> {
+        centre + self.coordinates(&line.point(place)).2 * self.radius
     }
 }
 
-/// Ends, inner parts and rims.
-const FEATURES: usize = 6;
+/// Two ends, two inner parts, and two places at either rim.
+const FEATURES: usize = 8;
 
 /// Shortest cylinder \[m\].
 const SHORTEST: f64 = 1e-9;
@@ -189,8 +194,8 @@ const SHORTEST: f64 = 1e-9;
 /// Bisections of a centre line: to round-off.
 const HALVINGS: u32 = 52;
 
-/// Iterations of the nearest point of a rim, each of which brings it nearer by the sine of the line to the axis squared.
-const ROUNDS: u32 = 32;
+/// Iterations of the nearest points of a line and a rim.
+const ROUNDS: u32 = 64;
 
 /// Cosine between a line and the direction of growing distance from which on it keeps its distance.
 const LEVEL: f64 = 1e-9;

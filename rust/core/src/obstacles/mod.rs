@@ -3,6 +3,7 @@
 mod body;
 mod config;
 mod cylinder;
+mod fields;
 mod grid;
 mod height_field;
 mod outline;

@@ -62,11 +62,8 @@ pub(super) fn visit_contacts(
         }
     }
     surface.visit_parts(line, reach, |number, part| {
-        let places = if matches!(part, Part::Face { .. }) { 2 } else { PLACES };
-        for place in 0..places {
-            if places == 2 && seen.exits[place].is_some() {
-                continue;
-            }
+        let is_face = matches!(part, Part::Face { .. });
+        for place in (0..PLACES).filter(|&place| !is_face || seen.exits.get(place) == Some(&None)) {
             let Some(contact) = seen.contact(number, &part, place) else { continue };
             if !found[..count].iter().any(|known| is_same(known, &contact)) {
                 if count < KEPT {
@@ -113,7 +110,7 @@ impl<'a, S: Surface> Seen<'a, S> {
     #[inline]
     fn contact(&self, number: usize, part: &Part, place: usize) -> Option<SolidContact> {
         match part {
-            Part::Face { .. } if place < 2 => {
+            Part::Face { .. } => {
                 let contact = self.end_on_face(part, place);
                 let is_here = match self.exits[place] {
                     Some(exit) => exit == number,
@@ -124,7 +121,6 @@ impl<'a, S: Surface> Seen<'a, S> {
                 };
                 (contact.distance <= self.reach && is_here).then_some(contact)
             }
-            Part::Face { .. } => None,
             Part::Edge(ends) => self.with_edge(number, ends, place),
             Part::Corner(at) => {
                 let along = if place < 2 { ALONG[place] } else { nearest_on_line(self.line, at)? };
@@ -190,7 +186,7 @@ fn nearest_of_lines(line: &SolidLine, from: &Vector3<f64>, direction: &Vector3<f
 }
 
 /// Position of the inner point of a centre line that is nearest to a point.
-pub(super) fn nearest_on_line(line: &SolidLine, point: &Vector3<f64>) -> Option<f64> {
+fn nearest_on_line(line: &SolidLine, point: &Vector3<f64>) -> Option<f64> {
     let along = (point - line.middle).dot(&line.half) / line.half.norm_squared();
     (along.abs() < 1.0).then_some(along)
 }

@@ -70,7 +70,7 @@ fn wedge(rng: &mut Rng) -> (Body, Vec<Point>) {
     (Shape::Polyhedron { vertices }.body().unwrap().unwrap(), points)
 }
 
-fn cylinder(rng: &mut Rng) -> (Body, Vec<Point>) {
+fn cylinder(rng: &mut Rng, inside: bool) -> (Body, Vec<Point>) {
     let axis = Point::new(rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0), rng.uniform(-1.0, 1.0)).normalize();
     let side = axis.cross(&Point::x()).normalize();
     let (half, radius) = (rng.uniform(0.2, 0.5), rng.uniform(0.15, 0.3));
@@ -79,10 +79,13 @@ fn cylinder(rng: &mut Rng) -> (Body, Vec<Point>) {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 200.0).sin_cos();
         let out = side * cos + axis.cross(&side) * sin;
         points.extend((-50..=50).map(|j| axis * (half * f64::from(j) / 50.0) + out * radius));
-        let discs = (0..20).flat_map(|j| [-half, half].map(|end| axis * end + out * (radius * f64::from(j) / 20.0)));
-        points.extend(discs);
+        if !inside {
+            let discs =
+                (0..20).flat_map(|j| [-half, half].map(|end| axis * end + out * (radius * f64::from(j) / 20.0)));
+            points.extend(discs);
+        }
     }
-    let shape = Shape::Cylinder { start: (-axis * half).into(), end: (axis * half).into(), radius, inside: false };
+    let shape = Shape::Cylinder { start: (-axis * half).into(), end: (axis * half).into(), radius, inside };
     (shape.body().unwrap().unwrap(), points)
 }
 
@@ -143,8 +146,9 @@ fn distances_from_convex_bodies() {
 }
 
 #[test]
-fn distances_from_poles() {
-    check(3, cylinder);
+fn distances_from_poles_and_pipes() {
+    check(3, |rng| cylinder(rng, false));
+    check(4, |rng| cylinder(rng, true));
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //! which carries the helix along the cylinder that it is pressed against.
 
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector2, Vector3};
 
@@ -24,15 +25,12 @@ use super::{EpisodeStart, Placement};
 /// A robot that winds around the line y = 0, z = `height`, its CG at x = 0.
 #[derive(Debug)]
 pub struct Helix {
-    joint_angle: Vec<Vector2<f64>>,
-    pose: Vec<Pose>,
-    /// Smallest and largest distance of its centre line from the axis \[m\].
-    pub radius: [f64; 2],
+    chain: RaisedChain,
+    /// Smallest and largest distance of its surface from the axis \[m\].
+    radius: [f64; 2],
     /// Extent along the axis, to either side \[m\].
-    pub reach: f64,
-    body_radius: f64,
+    reach: f64,
     goal_distance: f64,
-    grip: f64,
 }
 
 /// How a helix is wound.
@@ -54,11 +52,9 @@ pub fn rolling(Winding { bend, turn, grip }: Winding) -> DefaultGait {
 }
 
 /// # Errors
-/// Names what a helix needs of the model or the robot.
+/// Names what a helix needs of the robot.
 pub fn validate(config: &EnvConfig) -> Result<(), ConfigError> {
     let name = config.task.family().name;
-    let is_spatial = config.model == crate::environment::config::ModelKind::Spatial;
-    require(is_spatial, "model", "\"planar\"", &format!("\"spatial\" for the task \"{name}\""))?;
     let axes = config.robot.axes.expand(config.robot.links - 1).map_err(|e| e.inside("robot"))?;
     let is_helical = axes.iter().all(|axes| *axes == Axes::Both) && config.robot.links >= FEWEST_LINKS;
     let expected = format!("at least {FEWEST_LINKS} links and cardan joints for the task \"{name}\"");
@@ -79,30 +75,31 @@ impl Helix {
         let to_head = pose[0].position - pose[pose.len() - 1].position;
         let axis = axis * axis.dot(&to_head).signum();
         let turn = UnitQuaternion::rotation_between(&axis, &Vector3::x()).unwrap_or_default();
-        let gravity_centre = pose.iter().map(|pose| pose.position).sum::<Vector3<f64>>() / pose.len() as f64;
-        let along = (turn * (gravity_centre - centre)).x;
-        let head = Pose {
-            position: turn * (pose[0].position - centre) + Vector3::new(-along, 0.0, height),
+        let mut head = Pose {
+            position: turn * (pose[0].position - centre) + Vector3::z() * height,
             orientation: turn * pose[0].orientation,
         };
         assemble_chain(robot, head, &joint_angle, &mut pose);
+        let grip = Some(winding.grip);
+        let mut chain = RaisedChain { pose, joint_angle, has_own_posture: false, grip, has_own_height: true };
+        head.position.x -= chain.gravity_centre(robot).x;
+        assemble_chain(robot, head, &chain.joint_angle, &mut chain.pose);
         let (mut radius, mut reach) = ([f64::INFINITY, 0.0_f64], 0.0_f64);
-        for (link, pose) in robot.links.iter().zip(&pose) {
-            for along in [-link.contact_half_length, 0.0, link.contact_half_length] {
+        for (link, pose) in robot.links.iter().zip(&chain.pose) {
+            let [front, rear] = link.sides();
+            for along in [front, 0.5 * (front + rear), rear] {
                 let point = pose.position + pose.axis() * along;
                 let from_axis = point.y.hypot(point.z - height);
-                radius = [radius[0].min(from_axis), radius[1].max(from_axis)];
+                radius = [radius[0].min(from_axis - link.radius), radius[1].max(from_axis + link.radius)];
                 reach = reach.max(point.x.abs() + link.radius);
             }
         }
-        let body_radius = super::peg_region::largest_radius(robot);
-        let (goal_distance, grip) = (config.goal_distance, winding.grip);
-        Self { joint_angle, pose, radius, reach, body_radius, goal_distance, grip }
+        Self { chain, radius, reach, goal_distance: config.goal_distance }
     }
 
     /// Radius of the pole inside the helix, and of the pipe around it \[m\].
     pub fn cylinders(&self) -> [f64; 2] {
-        [self.radius[0] - self.body_radius - CLEARANCE, self.radius[1] + self.body_radius + CLEARANCE]
+        [self.radius[0] - CLEARANCE, self.radius[1] + CLEARANCE]
     }
 
     /// Puts the robot at its start, among these obstacles.
@@ -110,16 +107,9 @@ impl Helix {
         let obstacle = |(shape, friction)| Obstacle { friction, ..Obstacle::endless(shape) };
         let obstacles: Vec<_> = obstacles.into_iter().map(obstacle).collect();
         placement.pegs.clear();
-        placement.set_scene(Some(std::sync::Arc::new(ObstacleGrid::of(&obstacles))));
-        let chain = RaisedChain {
-            pose: self.pose.clone(),
-            joint_angle: self.joint_angle.clone(),
-            has_own_posture: false,
-            grip: Some(self.grip),
-            has_own_height: true,
-        };
-        placement.set_raised(chain);
-        let start = Start::of_gait(self.pose[0].position.xy(), 0.0);
+        placement.set_scene(Some(Arc::new(ObstacleGrid::of(&obstacles))));
+        placement.set_raised(self.chain.clone());
+        let start = Start::of_gait(self.chain.pose[0].position.xy(), 0.0);
         let target = Target::Line { distance: self.goal_distance, centre_line: 0.0 };
         EpisodeStart { start, target, speed: None }
     }

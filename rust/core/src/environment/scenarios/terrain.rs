@@ -11,7 +11,7 @@ use crate::environment::default_gait::DefaultGait;
 use crate::environment::rng::Rng;
 use crate::environment::start::StartJitter;
 use crate::error::{ConfigError, require};
-use crate::obstacles::{GroundFriction, Heights, ObstacleGrid, Shape};
+use crate::obstacles::{GroundFriction, Heights, Obstacle, ObstacleGrid, Shape};
 use crate::robot::Robot;
 
 use super::open_ground::OpenGround;
@@ -34,8 +34,6 @@ pub const FAMILY: Family = Family {
     friction: |_| GROUND,
     gait: |_| DefaultGait::sidewinding(),
     validate: |config| {
-        let is_spatial = config.model == ModelKind::Spatial;
-        require(is_spatial, "model", "\"planar\"", "\"spatial\" for the task \"terrain\"")?;
         let is_symmetric = config.friction_backward.is_none_or(|backward| backward == config.ground().friction[0]);
         let expected = "None for the task \"terrain\", whose ground is uneven";
         require(is_symmetric, "friction_backward", config.friction_backward.unwrap_or_default(), expected)
@@ -76,7 +74,7 @@ impl Scenario for Terrain {
             None
         });
         let shape = heights.map(|heights| Shape::HeightField(Arc::new(heights)));
-        let field: Vec<_> = shape.into_iter().map(crate::obstacles::Obstacle::endless).collect();
+        let field: Vec<_> = shape.into_iter().map(Obstacle::endless).collect();
         placement.set_scene(Some(Arc::new(ObstacleGrid::of(&field))));
         start
     }

@@ -1,0 +1,280 @@
+//! Obstacles in files and from Python: a triple of numbers, or a mapping of fields.
+
+use std::fmt;
+use std::sync::Arc;
+
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{GroundFriction, Heights, Obstacle, Peg, Shape};
+
+/// The fields of an obstacle in a mapping: which of them it takes depends on its shape.
+#[derive(Serialize, Deserialize, Default)]
+#[serde(rename = "Obstacle", deny_unknown_fields)]
+struct ObstacleFields {
+    shape: ShapeName,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    radius: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    start: Option<Point>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    end: Option<Point>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    size: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    x: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    y: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    angle: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    vertices: Option<Vec<Point>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    spacing: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    origin: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    inside: Option<bool>,
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    friction: Option<NumberOrGrid>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    mass: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    height: Option<NumberOrGrid>,
+}
+
+/// What is one number for most obstacles, and a grid of them for a height field.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "a number or an array of rows of numbers")]
+enum NumberOrGrid {
+    Number(f64),
+    Grid(Vec<Vec<f64>>),
+}
+
+/// Seen from above, or in space.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(untagged, expecting = "2 or 3 coordinates")]
+enum Point {
+    Plane([f64; 2]),
+    Space([f64; 3]),
+}
+
+impl Point {
+    fn coordinates(&self) -> &[f64] {
+        match self {
+            Point::Plane(point) => point,
+            Point::Space(point) => point,
+        }
+    }
+}
+
+/// None is no value, although it may be left out.
+fn given<'de, T: Deserialize<'de>, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(deserializer).map(Some)
+}
+
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum ShapeName {
+    #[default]
+    Circle,
+    Segment,
+    Box,
+    Polygon,
+    HeightField,
+    Polyhedron,
+    Cylinder,
+}
+
+impl ShapeName {
+    /// In messages, with its fields: those it needs, and those that may be left out.
+    fn fields(self) -> (&'static str, &'static [&'static str], &'static [&'static str]) {
+        match self {
+            ShapeName::Circle => ("circle", &["radius", "x", "y"], &[]),
+            ShapeName::Segment => ("segment", &["start", "end"], &[]),
+            ShapeName::Box => ("box", &["size", "x", "y"], &["angle"]),
+            ShapeName::Polygon => ("polygon", &["vertices"], &[]),
+            ShapeName::HeightField => ("height_field", &["spacing"], &["origin"]),
+            ShapeName::Polyhedron => ("polyhedron", &["vertices"], &[]),
+            ShapeName::Cylinder => ("cylinder", &["start", "end", "radius"], &["inside"]),
+        }
+    }
+}
+
+impl ObstacleFields {
+    /// Field by name, and whether it has a value.
+    fn given(&self) -> [(&'static str, bool); 11] {
+        [
+            ("radius", self.radius.is_some()),
+            ("start", self.start.is_some()),
+            ("end", self.end.is_some()),
+            ("size", self.size.is_some()),
+            ("x", self.x.is_some()),
+            ("y", self.y.is_some()),
+            ("angle", self.angle.is_some()),
+            ("vertices", self.vertices.is_some()),
+            ("spacing", self.spacing.is_some()),
+            ("origin", self.origin.is_some()),
+            ("inside", self.inside.is_some()),
+        ]
+    }
+
+    /// The obstacle; the error is about fields that are missing or do not belong to the shape.
+    fn obstacle(self) -> Result<Obstacle, String> {
+        let (name, needed, optional) = self.shape.fields();
+        let fits = |(field, has): (&str, bool)| needed.contains(&field) == has || (has && optional.contains(&field));
+        let expected = || format!("a {name} with {}, its friction and height", [needed, optional].concat().join(", "));
+        let is_complete = self.given().into_iter().all(fits);
+        self.checked().filter(|_| is_complete).ok_or_else(expected)
+    }
+
+    /// None where a field is missing, or has another form than the shape takes.
+    fn checked(self) -> Option<Obstacle> {
+        let Self { radius, start, end, x, y, vertices, friction, mass, height, .. } = self;
+        let shape = match self.shape {
+            ShapeName::HeightField => {
+                let Some(NumberOrGrid::Grid(height)) = height else { return None };
+                let friction = match friction {
+                    None => GroundFriction::OfGround,
+                    Some(NumberOrGrid::Number(coefficient)) => GroundFriction::Coefficient(coefficient),
+                    Some(NumberOrGrid::Grid(cells)) => GroundFriction::Cells(cells),
+                };
+                let (spacing, origin) = (self.spacing?, self.origin.unwrap_or_default());
+                let heights = Heights { height, spacing, origin, friction };
+                return Some(Obstacle { mass, ..Obstacle::endless(Shape::HeightField(Arc::new(heights))) });
+            }
+            ShapeName::Circle => Shape::Circle(Peg { radius: radius?, x: x?, y: y? }),
+            ShapeName::Segment => Shape::Segment { start: array(&start?)?, end: array(&end?)? },
+            ShapeName::Box => Shape::Box { size: self.size?, x: x?, y: y?, angle: self.angle.unwrap_or(0.0) },
+            ShapeName::Polygon => Shape::Polygon { vertices: arrays(&vertices?)? },
+            ShapeName::Polyhedron => Shape::Polyhedron { vertices: arrays(&vertices?)? },
+            ShapeName::Cylinder => Shape::Cylinder {
+                start: array(&start?)?,
+                end: array(&end?)?,
+                radius: radius?,
+                inside: self.inside.unwrap_or(false),
+            },
+        };
+        let number = |value: Option<NumberOrGrid>| match value {
+            None => Some(None),
+            Some(NumberOrGrid::Number(number)) => Some(Some(number)),
+            Some(NumberOrGrid::Grid(_)) => None,
+        };
+        let (friction, height) = (number(friction)?.unwrap_or(0.0), number(height)?);
+        let is_vertical = !matches!(shape, Shape::Polyhedron { .. } | Shape::Cylinder { .. });
+        (is_vertical || height.is_none()).then_some(Obstacle { shape, friction, mass, height })
+    }
+}
+
+/// A point of as many coordinates as the shape has dimensions.
+fn array<const N: usize>(point: &Point) -> Option<[f64; N]> {
+    point.coordinates().try_into().ok()
+}
+
+fn arrays<const N: usize>(points: &[Point]) -> Option<Vec<[f64; N]>> {
+    points.iter().map(array).collect()
+}
+
+impl From<&Obstacle> for ObstacleFields {
+    fn from(obstacle: &Obstacle) -> Self {
+        let Obstacle { friction, mass, height, .. } = *obstacle;
+        let number = |value: f64| Some(NumberOrGrid::Number(value));
+        let common = Self { friction: number(friction), mass, height: height.and_then(number), ..Self::default() };
+        match &obstacle.shape {
+            Shape::Circle(Peg { radius, x, y }) => {
+                Self { shape: ShapeName::Circle, radius: Some(*radius), x: Some(*x), y: Some(*y), ..common }
+            }
+            Shape::Segment { start, end } => Self {
+                shape: ShapeName::Segment,
+                start: Some(Point::Plane(*start)),
+                end: Some(Point::Plane(*end)),
+                ..common
+            },
+            Shape::Box { size, x, y, angle } => Self {
+                shape: ShapeName::Box,
+                size: Some(*size),
+                x: Some(*x),
+                y: Some(*y),
+                angle: Some(*angle),
+                ..common
+            },
+            Shape::Polygon { vertices } => Self {
+                shape: ShapeName::Polygon,
+                vertices: Some(vertices.iter().copied().map(Point::Plane).collect()),
+                ..common
+            },
+            Shape::Polyhedron { vertices } => {
+                let vertices = vertices.iter().copied().map(Point::Space).collect();
+                Self { shape: ShapeName::Polyhedron, vertices: Some(vertices), ..common }
+            }
+            Shape::Cylinder { start, end, radius, inside } => Self {
+                shape: ShapeName::Cylinder,
+                start: Some(Point::Space(*start)),
+                end: Some(Point::Space(*end)),
+                radius: Some(*radius),
+                inside: Some(*inside),
+                ..common
+            },
+            Shape::HeightField(heights) => {
+                let Heights { height, spacing, origin, friction } = &**heights;
+                let friction = match friction {
+                    GroundFriction::OfGround => None,
+                    GroundFriction::Coefficient(coefficient) => number(*coefficient),
+                    GroundFriction::Cells(cells) => Some(NumberOrGrid::Grid(cells.clone())),
+                };
+                Self {
+                    shape: ShapeName::HeightField,
+                    spacing: Some(*spacing),
+                    origin: Some(*origin),
+                    friction,
+                    height: Some(NumberOrGrid::Grid(height.clone())),
+                    ..common
+                }
+            }
+        }
+    }
+}
+
+impl Serialize for Obstacle {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Obstacle { shape: Shape::Circle(peg), friction: 0.0, mass: None, height: None } => {
+                peg.serialize(serializer)
+            }
+            _ => ObstacleFields::from(self).serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Obstacle {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct TripleOrFields;
+
+        impl<'de> Visitor<'de> for TripleOrFields {
+            type Value = Obstacle;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("(radius, x, y), or an obstacle of snake_env.obstacles")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Obstacle, A::Error> {
+                let mut circle = [0.0; 3];
+                for (i, number) in circle.iter_mut().enumerate() {
+                    *number = items.next_element()?.ok_or_else(|| A::Error::invalid_length(i, &self))?;
+                }
+                match items.next_element::<f64>()? {
+                    None => Ok(circle.into()),
+                    Some(_) => Err(A::Error::invalid_length(4, &self)),
+                }
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, fields: A) -> Result<Obstacle, A::Error> {
+                let fields = ObstacleFields::deserialize(MapAccessDeserializer::new(fields))?;
+                fields.obstacle().map_err(A::Error::custom)
+            }
+        }
+
+        deserializer.deserialize_any(TripleOrFields)
+    }
+}
