@@ -152,7 +152,7 @@ impl Cylinder {
             return SolidContact::AWAY;
         }
         let (along, from_axis, outward) = self.coordinates(&line.point(place));
-        let is_beside = along > 0.0 && along < self.length && from_axis > self.radius;
+        let is_beside = along > 0.0 && along < self.length && !self.is_inside(line);
         let contact =
             SolidContact { distance: from_axis - self.radius, normal: outward, along: place, is_redundant: false };
         if is_beside { contact } else { SolidContact::AWAY }
