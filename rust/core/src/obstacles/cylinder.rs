@@ -58,6 +58,7 @@ impl Cylinder {
             (0 | 1, true) => self.wall_contact(line, ALONG[feature]),
             (2 | 3, false) => self.inner_contact(line, feature == 3),
             (2, true) => self.outside_contact(line),
+            (3, true) => self.crossing(line),
             (4.., true) => self.rim_contact(line, feature >= 6, feature % 2 == 1),
             _ => SolidContact::AWAY,
         }
@@ -141,6 +142,23 @@ impl Cylinder {
         SolidContact { distance, normal, along: place, is_redundant: false }
     }
 
+    /// Of a line that crosses the wall of a pipe, as deep as the end that is nearer to the wall; other features are its ways
+    /// out.
+    fn crossing(&self, line: &SolidLine) -> SolidContact {
+        let across = |v: &Vector3<f64>| v - self.axis * v.dot(&self.axis);
+        let (half, offset) = (across(&line.half), across(&(line.middle - self.start)));
+        let (squared, towards) = (half.norm_squared(), half.dot(&offset));
+        let root = (towards * towards - squared * (offset.norm_squared() - self.radius * self.radius)).sqrt();
+        // Not numbers for a line that misses the wall, or is parallel to it.
+        let crosses = [-root, root].iter().any(|root| {
+            let place = (root - towards) / squared;
+            place.abs() < 1.0 && (0.0..=self.length).contains(&self.coordinates(&line.point(place)).0)
+        });
+        let from_wall = |end: f64| (self.coordinates(&line.point(end)).1 - self.radius).abs();
+        let depth = from_wall(-1.0).min(from_wall(1.0));
+        if crosses { SolidContact { distance: -depth, ..SolidContact::NONE } } else { SolidContact::AWAY }
+    }
+
     /// Of an inner point of the line and the outside of a pipe.
     fn outside_contact(&self, line: &SolidLine) -> SolidContact {
         let between = line.middle - self.start;
@@ -185,7 +203,7 @@ impl Cylinder {
     }
 }
 
-/// Two ends, two inner parts, and two places at either rim.
+/// Two ends, two inner parts or the outside and the wall of a pipe, and two places at either rim.
 const FEATURES: usize = 8;
 
 /// Shortest cylinder \[m\].
