@@ -23,6 +23,11 @@ pub fn random_link(random: &mut Random) -> Link {
     }
 }
 
+/// A random link with its CG in the middle, the only one that the thesis has.
+pub fn random_even_link(random: &mut Random) -> Link {
+    Link { cg_offset: 0.0, ..random_link(random) }
+}
+
 pub fn random_pose(random: &mut Random) -> Pose {
     Pose {
         position: random_vector(random, 1.0),
@@ -39,8 +44,8 @@ pub fn random_angle(random: &mut Random, limit: f64) -> Vector2<f64> {
     Vector2::from_fn(|_, _| random.between(-limit, limit))
 }
 
-/// Two links whose joint is closed up to a small random error.
-pub fn random_joint(random: &mut Random) -> [(Link, Pose); 2] {
+/// Two of the links that `random_link` draws, their joint closed up to a small random error.
+pub fn random_joint(random: &mut Random, random_link: fn(&mut Random) -> Link) -> [(Link, Pose); 2] {
     let (near, far) = (random_link(random), random_link(random));
     let robot = Robot {
         links: vec![near, far],

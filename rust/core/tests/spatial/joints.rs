@@ -8,13 +8,15 @@ use snake_core::spatial::{
     Pose, StackedTwist, assemble_chain, joint_angle, joint_axes, joint_gap, joint_rate, largest_joint_gap,
 };
 use snake_test_support::planar::{Random, links};
-use snake_test_support::spatial_random::{D, nudged, random_angle, random_joint, random_pose, random_twist};
+use snake_test_support::spatial_random::{
+    D, nudged, random_angle, random_joint, random_link, random_pose, random_twist,
+};
 
 #[test]
 fn joint_rates_are_the_derivatives_of_the_joint_angles() {
     let mut random = Random::new(48);
     for _ in 0..1000 {
-        let [(near, q), (far, p)] = random_joint(&mut random);
+        let [(near, q), (far, p)] = random_joint(&mut random, random_link);
         // A twist of the far link that keeps the joint closed: rates about the joint's axes on top of the near link's.
         let rates = random_angle(&mut random, 1.0);
         let u = random_twist(&mut random);

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Matrix3, Matrix6x2, Quaternion, Vector2, Vector3, Vector
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::spatial::{End, Pose, StackedTwist, ground_gap, orientation_of};
 use snake_test_support::planar::Random;
-use snake_test_support::spatial_random::{D, gradient, nudged, random_link, random_pose, random_twist, tilde};
+use snake_test_support::spatial_random::{D, gradient, nudged, random_even_link, random_pose, random_twist, tilde};
 use snake_thesis::spatial::{ground_contact, ground_frame, travel};
 
 fn end_of(end: End) -> f64 {
@@ -43,7 +43,7 @@ fn rotation_matrix_and_quaternion_rate_are_the_printed_ones() {
 fn normal_direction_is_the_gradient_of_the_ground_gap() {
     let mut random = Random::new(41);
     for _ in 0..2000 {
-        let (link, pose) = (random_link(&mut random), random_pose(&mut random));
+        let (link, pose) = (random_even_link(&mut random), random_pose(&mut random));
         for end in End::BOTH {
             let contact = ground_contact(&link, &pose, end);
             let differences = gradient(&pose, |pose| ground_gap(&link, pose, end));
@@ -58,7 +58,7 @@ fn normal_direction_is_the_gradient_of_the_ground_gap() {
 fn friction_directions_give_the_velocity_of_the_body_fixed_contact_point() {
     let mut random = Random::new(42);
     for _ in 0..2000 {
-        let (link, pose, u) = (random_link(&mut random), random_pose(&mut random), random_twist(&mut random));
+        let (link, pose, u) = (random_even_link(&mut random), random_pose(&mut random), random_twist(&mut random));
         for end in End::BOTH {
             let centre = Vector3::z() * end_of(end) * link.contact_half_length;
             let body_fixed = centre + pose.orientation.inverse_transform_vector(&(-Vector3::z() * link.radius));
@@ -77,7 +77,7 @@ fn friction_directions_give_the_velocity_of_the_body_fixed_contact_point() {
 fn friction_and_rolling_directions_are_the_printed_ones() {
     let mut random = Random::new(43);
     for _ in 0..2000 {
-        let (link, pose) = (random_link(&mut random), random_pose(&mut random));
+        let (link, pose) = (random_even_link(&mut random), random_pose(&mut random));
         let r = pose.rotation();
         let e_z: Vector3<f64> = r.column(2).into();
         let shadow = Vector2::new(e_z.x, e_z.y).normalize();
