@@ -61,7 +61,7 @@ def answer(
         text: Its description.
         arguments: Of the command line; None: those of the process.
     """
-    options = tyro.cli(kind, args=arguments, description=text)
+    options = tyro.cli(kind, prog=as_typed(), args=arguments, description=text)
     try:
         configs.check(options)
         return work(options)
@@ -71,6 +71,15 @@ def answer(
     except KeyboardInterrupt:
         print("\nstopped", file=sys.stderr)
         return 130
+
+
+def as_typed() -> str:
+    """The command as it was typed, without its options."""
+    module = sys.modules["__main__"].__spec__
+    if module is None:  # a script
+        return sys.argv[0]
+    words = ["python -m", module.name.removesuffix(".__main__"), *sys.argv[1:2]]
+    return " ".join(words[: 3 if module.name == "training.__main__" else 2])
 
 
 def _gait(words: list[str]) -> GaitParameters:

@@ -29,6 +29,7 @@ import tyro
 from snake_env import ConfigError
 from training import config as configs
 from training import config_file
+from training.cli import as_typed
 from training.config import LearnerName, RunConfig
 from training.runs import RunFolder, StaleRun, sole_writer
 
@@ -133,7 +134,8 @@ def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind
         ConfigError: an option, the configuration, or what overrides it, is not admissible.
         StaleRun: the run in the folder does not fit this version.
     """
-    options, _ = tyro.cli(kind, args=[one for one in given if one not in ("-h", "--help")], return_unknown_args=True)
+    without_help, prog = [one for one in given if one not in ("-h", "--help")], as_typed()
+    options, _ = tyro.cli(kind, prog=prog, args=without_help, return_unknown_args=True)
     configs.check(options)
     folder = RunFolder(options.out)
     begun = folder.config() if options.resume and folder.exists else None
@@ -146,8 +148,8 @@ def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind
         ],
     )
     with configs.checked(type(default)):
-        config: RunConfig = tyro.cli(both, args=given, description=text, config=(tyro.conf.AvoidSubcommands,)).values
-    config = config.with_changes(env=config_file.merged(default.env, config.env))
+        parsed: Any = tyro.cli(both, prog=prog, args=given, description=text, config=(tyro.conf.AvoidSubcommands,))
+    config: RunConfig = parsed.values.with_changes(env=config_file.merged(default.env, parsed.values.env))
     if options.action_mode is not None:
         config = config.with_changes(env=config.env | {"action_mode": options.action_mode})
     if begun is not None:

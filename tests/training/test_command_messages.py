@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 import zipfile
 from importlib import import_module
 from pathlib import Path
@@ -13,7 +15,7 @@ import pytest
 
 import snake_env
 from snake_env.policies import files
-from training import cli, train
+from training import cli, pace, train
 
 ROOT = Path(__file__).parents[2]
 
@@ -201,6 +203,22 @@ def test_a_resumed_run_keeps_its_configuration(tmp_path, capsys):
     assert cli.main([*arguments[:-1], "256", "--resume"]) == 2
     assert "total_steps = 256: expected at least 512, which " in capsys.readouterr().err
     assert json.loads((tmp_path / "run" / "config.json").read_text())["total_steps"] == 512
+
+
+@pytest.mark.parametrize("command", ["training train", "experiments.seed_statistics"])
+def test_help_names_the_command_as_it_is_typed(command):
+    asked = subprocess.run([sys.executable, "-m", *command.split(), "--help"], cwd=ROOT, capture_output=True, text=True)
+    assert asked.stdout.splitlines()[0].startswith(f"usage: python -m {command} [-h]")
+
+
+@pytest.mark.parametrize("learner", ["sb3", "ppo"])
+@pytest.mark.parametrize("seconds", [0.0, 60.0])
+def test_a_file_gets_a_line_of_progress_per_minute(learner, seconds, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(pace, "IN_A_FILE", seconds)
+    arguments = ["train", "--config", "smoke", "--learner", learner, "--out", str(tmp_path), "--total-steps", "512"]
+    assert cli.main(arguments) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "k/s, success" in line]
+    assert len(lines) == (2 if seconds == 0.0 else 0)
 
 
 def test_the_commands_are_listed(capsys):

@@ -24,7 +24,7 @@ from benchmarks import throughput
 from snake_env import ConfigError
 from snake_env.evaluation import rollout, scores, seeds, statistics
 from snake_env.policies import DEGREE, GaitParameters, GaitPolicy
-from training import cli, config, evaluate, pipeline, runs, train
+from training import cli, config, evaluate, pace, pipeline, runs, train
 from training.evaluation import cached_scores, loading
 from training.learners import sb3
 from training.search import compare_gaits, gait_search
@@ -344,7 +344,7 @@ def test_progress_output_does_not_change_a_run_of_the_pipeline(tmp_path):
 @pytest.mark.parametrize("stage", ["search", "train", "run_episodes"])
 def test_the_pipeline_stopped_in_any_stage_goes_on(stage, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
-    monkeypatch.setattr(gait_search, "SHOW_SECONDS", 0.0)
+    monkeypatch.setattr(pace, "IN_A_FILE", 0.0)
     arguments = ["--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
 
     def stop(*_, **__):

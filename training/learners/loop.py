@@ -12,11 +12,9 @@ from training import tracking
 from training.budget import Budget, Interval, StopRequest
 from training.config import RunConfig
 from training.learning_curve import LearningCurve, Note, text
+from training.pace import Pace
 from training.progress import Progress
 from training.runs import RunFolder
-
-SHOW_SECONDS = 5.0
-"""Between two lines of progress."""
 
 
 class Learner(Protocol):
@@ -131,7 +129,7 @@ class Work:
         self._progress = Progress(folder.path, config, learner.steps)
         self._checkpoints = Interval(config.checkpoint_steps, learner.steps)
         self._evaluations = Interval(config.evaluation_interval, learner.steps)
-        self._shown = budget.seconds
+        self._pace = Pace()
 
     def until(self, stop: StopRequest) -> None:
         """Works until the budget is used up or a stop is requested."""
@@ -141,9 +139,8 @@ class Work:
                 self._evaluate()
             if self._checkpoints.due(self._learner.steps):
                 self.save()
-            if self._show and self._budget.seconds - self._shown >= SHOW_SECONDS:
+            if self._show and self._pace.due():
                 print(f"{100.0 * self._budget.used:3.0f} %  {text(row)}", flush=True)
-                self._shown = self._budget.seconds
 
     def _update(self) -> dict[str, float]:
         """One round of collecting and learning; its line of the learning curve."""

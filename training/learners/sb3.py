@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,6 @@ import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger, configure
-from tqdm import tqdm
 
 import snake_env.sb3
 from snake_env._files import replace
@@ -25,15 +23,15 @@ from training import tracking
 from training.budget import Budget, Interval, StopRequest
 from training.config import CurriculumConfig, Sb3Config
 from training.learning_curve import LearningCurve, text
+from training.pace import Pace
 from training.progress import Progress
 from training.runs import RunFolder
 
-BAR_FORMAT = "{percentage:3.0f}%|{bar:25}| {elapsed}, {postfix}"
 WORLD = "robots.pkl"
 """Robots and random states in the zip file of a checkpoint."""
 
 
-def train(folder: RunFolder, config: Sb3Config, bar: bool = True) -> int:
+def train(folder: RunFolder, config: Sb3Config, show: bool = True) -> int:
     """Trains from the folder's latest checkpoint, or from the start."""
     checkpoint = folder.latest()
     torch.set_num_threads(config.torch_threads)
@@ -50,7 +48,7 @@ def train(folder: RunFolder, config: Sb3Config, bar: bool = True) -> int:
             model = _resumed_model(checkpoint, config, env, budget, curve)
     model.set_logger(_logger(folder, config))
     with StopRequest() as stop:
-        callback = RunCallback(folder, config, budget, curve, stop, bar)
+        callback = RunCallback(folder, config, budget, curve, stop, show)
         if budget.used < 1.0:
             model.learn(config.total_steps - steps, callback, reset_num_timesteps=checkpoint is None)
         callback.end(model)
@@ -121,7 +119,7 @@ def _venv(model: PPO) -> snake_env.sb3.SnakeVecEnv:
 
 
 class RunCallback(BaseCallback):
-    """Ends the run on request; evaluates, saves checkpoints and the curve, shows the progress bar.
+    """Ends the run on request; evaluates, saves checkpoints and the curve, shows progress.
 
     Checkpoints are written between an update and the next rollout, so that nothing of a rollout is lost.
     """
@@ -133,18 +131,11 @@ class RunCallback(BaseCallback):
         budget: Budget,
         curve: LearningCurve,
         stop: StopRequest,
-        bar: bool,
+        show: bool,
     ) -> None:
         super().__init__()
         self._folder, self._config, self._budget, self._curve, self._stop = folder, config, budget, curve, stop
-        on_terminal = sys.stderr.isatty()
-        self._bar = tqdm(
-            total=100.0,
-            unit="%",
-            disable=not bar,
-            bar_format=BAR_FORMAT if on_terminal else f"{BAR_FORMAT}\n",
-            mininterval=0.1 if on_terminal else 60.0,  # a line per minute in a file
-        )
+        self._show, self._pace = show, Pace()
         self._stopping = False
 
     def _on_training_start(self) -> None:
@@ -186,8 +177,8 @@ class RunCallback(BaseCallback):
             if key.startswith("snake/"):  # the others are its own
                 self.logger.record(key, value)
         self._folder.append_curve(row)
-        self._bar.set_postfix_str(text(row), refresh=False)
-        self._bar.update(100.0 * self._budget.used - self._bar.n)
+        if self._show and self._pace.due():
+            print(f"{100.0 * self._budget.used:3.0f} %  {text(row)}", flush=True)
 
     def _evaluate(self, model: Any) -> None:
         row = self._progress.play(Model(model, PolicyCard("policy"), interface(self._config.env)), model.num_timesteps)
@@ -205,7 +196,6 @@ class RunCallback(BaseCallback):
 
     def end(self, model: PPO) -> None:
         """After the last update; a run that was stopped has saved when it stopped."""
-        self._bar.close()
         if not self._stopping and self._budget.used >= 1.0:
             if hasattr(self, "_evaluations"):
                 self._after_update(model)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from snake_env._files import write_json
 from snake_env.evaluation.rollout import layout_of, run_episodes
 from snake_env.policies.gaits import DEGREE, ConstantAction, GaitParameters
 from training.evaluation import figures
+from training.pace import Pace
 from training.search.optimise import Found, Plan, Range, Values, maximise
 
 RANGES: dict[str, Range] = {"amplitude": (20.0, 60.0), "omega": (80.0, 200.0), "beta": (-65.0, -25.0)}
@@ -27,8 +27,6 @@ SPATIAL_RANGES = RANGES | {
 }
 """Those of the 3D model on open ground, where the wave at zero is sidewinding or, without phase shift, rolls."""
 PLAN = Plan()
-SHOW_SECONDS = 5.0
-"""Between two lines of progress."""
 
 
 def search(
@@ -47,7 +45,7 @@ def search(
             None: those of the environment's model.
         plan: How much is tried.
         num_threads: Threads of the simulator.
-        show: Print a line for each batch, and one of progress every few seconds.
+        show: Print a line for each batch, and lines of progress.
         **options: Keywords of the environment.
     """
     entries = layout_of(env_id, options | {"action_mode": "gait"})["action"]
@@ -91,16 +89,15 @@ def write(found: Found, out: Path) -> None:
 
 
 class _Shown(ConstantAction):
-    """Prints every few seconds how many control periods it has acted in."""
+    """Prints now and then how many control periods it has acted in."""
 
     def begin(self, layout: dict[str, Any], num_envs: int) -> None:
         """Counts from zero."""
-        self._steps, self._printed = 0, time.monotonic()
+        self._steps, self._pace = 0, Pace()
 
     def __call__(self, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """The actions (n, a)."""
         self._steps += 1
-        if time.monotonic() - self._printed >= SHOW_SECONDS:
+        if self._pace.due():
             print(f"{self._steps} control periods", flush=True)
-            self._printed = time.monotonic()
         return super().__call__(observation)
