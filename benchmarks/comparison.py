@@ -15,11 +15,12 @@ def render(results: Results, images: str, tables: bool = True) -> str:
     scenes = results.of("scene")
     if not scenes:
         return ""
-    parts = [texts.PRECISION, _reference_table(scenes), _default_table(results, scenes)]
+    parts = [texts.PRECISION, _reference_table(scenes) if tables else "", _default_table(results, scenes)]
     for scene in scenes:
         name = scene["scene"]
         title = title_of(scene)
-        parts.append(f"### {title[0].upper()}{title[1:]}\n\n![{title}]({images}/bench-{name}.png)")
+        heading = f"### {title[0].upper()}{title[1:]}\n\n" if tables else ""  # pictures have a title
+        parts.append(f"{heading}![{title}]({images}/bench-{name}.png)")
         parts.append(_own_reference(results, name))
         if tables:
             parts.append(_ratio_table(results, name))
@@ -38,8 +39,8 @@ def _own_reference(results: Results, scene: str) -> str:
         return ""
     apart, check = (f"{1e3 * record[name]['worst']:.2g}" for name in ("apart", "uncertainty"))
     return (
-        f"{record['curve']} is judged by {record['against']} (two fine runs differ by {check} mm), whose worst link is "
-        f"up to {apart} mm from ours."
+        f"{record['curve']} is judged by {record['against']}, whose worst link is up to {apart} mm from ours (two of "
+        f"its fine runs differ by {check} mm)."
     )
 
 

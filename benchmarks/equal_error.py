@@ -53,8 +53,10 @@ def ratio(results: Results, case: tuple[str, str], millimetres: float) -> float 
     return other.seconds / ours.seconds if ours and other else None
 
 
-def render(results: Results) -> str:
-    """The section of the page."""
+def render(results: Results, published: bool = False) -> str:
+    """The section of the page, whose tables the pages in :data:`PAGES` have where it is published."""
+    if published:
+        return f"{texts.EQUAL_ERROR}\n\n{texts.ELSEWHERE}"
     rows = []
     for case in cases(results):
         for error in ERRORS:

@@ -22,7 +22,7 @@ def render(results: Results, images: str, published: bool = False) -> str:
         images: path of the pictures, seen from the page.
         published: leave out the tables that only developers of a part need; the page of each run has them.
     """
-    sections = [_head(results), equal_error.render(results), _speeds(results)]
+    sections = [_head(results), equal_error.render(results, published), _speeds(results)]
     if not published:
         sections += [_widths(results), _targets(results)]
     sections.append(comparison.render(results, images, tables=not published))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from benchmarks.curves import LOST, TRUST
+from benchmarks.curves import TRUST
 from benchmarks.results import COMPARED
 
 EQUAL_ERROR = """## Cost at equal error under random actions
 
 CPU milliseconds of one thread for a simulated second of one robot. *Error*: half the robots have their worst link at
 most so far off after one control period of 50 ms. Robots start in mid-run of a fine run of ours, under a torque limit
-of 10 N m; a new action is drawn in every period. *Work* is the bias of the positive work of the actuators against that
+of 10 N m. A new action is drawn in every period. *Work* is the bias of the positive work of the actuators against that
 run. Ours is the whole step of the environment, MuJoCo's only its physics. Both are interpolated between the best of
 their settings, which the benchmark searches. MuJoCo's planar model has its ground friction made exact
 (`benchmarks/mujoco_model.py`). *Not reached*: at no setting, in steps down to 0.25 ms, in 3D to 0.1 ms."""
@@ -17,6 +17,9 @@ their settings, which the benchmark searches. MuJoCo's planar model has its grou
 EQUAL_ERROR_SHORT = """**Cost at equal error under random actions**: MuJoCo's over ours, then CPU milliseconds per
 simulated second, ours / MuJoCo, and the bias of the actuators' work. The error is that of the worst link after one
 control period. Ours is the whole step of the environment, MuJoCo's only its physics."""
+
+ELSEWHERE = """Costs by error: [speed and accuracy](accuracy.md#beside-mujoco). Steps of our default settings beside
+MuJoCo's: [README](../README.md#speed)."""
 
 STEPS = """### Environment steps with their errors
 
@@ -42,19 +45,17 @@ One robot follows the gait (T 7.3) for five seconds, three in the jam. The error
 from the converged run at any sample. That run is computed twice with fine steps; errors below {TRUST:g} times their
 distance are shown as that bound. Speed is simulated seconds per CPU second of one thread: of one robot, and of 64
 robots in registers. A curve consists of the points that no other setting of the same method beats in both error and
-speed; runs with errors above {1e3 * LOST:g} mm are left out. Tables compare at equal error, interpolated between
-logarithms. `benchmarks.json` holds every point with its settings."""
+speed. `benchmarks.json` holds every point with its settings."""
 
 DEFAULT = """Errors at the default step. Between pegs they grow while a link is about to slip past one and decay behind
-it: the robot does the same somewhat earlier or later."""
+it."""
 
 GROWTH = """A step is one of the default method, of one robot in a batch of 64. *Solves* are eliminations of the chain.
 A step in which a peg contact closes anywhere along the body is divided, so longer bodies among pegs divide more steps.
 A peg scan is one evaluation of the environment's peg sensor."""
 
-PUBLISHED = """The page that each run leaves in `runs/bench` also has tables of speed at equal error in each scene, of
-growth, of registers of every width, of what each feature costs, of certificates, of the interface and of the project's
-targets."""
+PUBLISHED = """The page that each run leaves in `runs/bench` has more tables: speed at equal error, references, growth,
+widths of registers, costs of features, certificates, the interface, targets."""
 
 BATCH = """Environment steps per wall-clock second with one thread / with two threads in the fastest of five
 repetitions, by number of robots. The control period is 50 ms; robots start in the middle of their episodes, and resets

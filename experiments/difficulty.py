@@ -87,7 +87,7 @@ def measure(options: dict[str, Any], difficulties: tuple[float, ...], fields: in
 def rates(curves: dict[str, Curve], difficulties: tuple[float, ...]) -> str:
     """Success rates with their 95 % confidence intervals as Markdown."""
     rows = {
-        name: [f"{one.value:.2f} ({one.low:.2f} to {one.high:.2f})" for one in curve] for name, curve in curves.items()
+        name: [f"{one.value:.2f} [{one.low:.2f}, {one.high:.2f}]" for one in curve] for name, curve in curves.items()
     }
     head = ["task", *(f"{difficulty:g}" for difficulty in difficulties)]
     return table(head, ([name, *cells] for name, cells in rows.items()))

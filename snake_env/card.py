@@ -9,6 +9,7 @@ import itertools
 import json
 import re
 from collections.abc import Iterable
+from functools import cache
 from typing import Any
 
 from snake_env._native import capabilities
@@ -20,8 +21,8 @@ GOALS = {row["name"]: row["goal"] for row in SCENARIOS}
 
 ARGUMENTS = {
     "model": '"planar" or "spatial" (3D); set by the id',
-    "task": f"scene and goal: {', '.join(json.dumps(row['name']) for row in SCENARIOS)}; set by the id",
-    "action_mode": 'what an action prescribes: "gait", "joints", "residual", "velocities" or "torques"',
+    "task": "scene and goal, by the names [above](#ids); set by the id",
+    "action_mode": '[what it sets](interface.md#actions): "gait", "joints", "residual", "velocities" or "torques"',
     "perception": '"pegs": the pegs nearest to the leading link; "body": also the nearest peg of each link; '
     '"blind": contact forces only',
     "nearest_pegs": "number of pegs observed, 1 to 64",
@@ -47,20 +48,17 @@ ARGUMENTS = {
     "function `generator(rng, difficulty)` ([ground](ground.md#in-environments))",
     "observation_blocks": "names of the blocks of the observation; null: all of the task and the action mode "
     "but those on request",
-    "privileged": "whether the observation ends with `privileged_...` blocks, for critics: what a robot cannot sense",
+    "privileged": "whether the observation ends with `privileged_...` blocks: what a robot cannot sense, for critics",
     "observation_noise": "amplitudes of uniform noise on blocks of the observation, by name and in their units, >= 0",
     "observation_delay": "delays of blocks of the observation, by name [s], in whole control periods, at most 100",
     "energy": 'what `energy` and `cost_of_transport` count: "mechanical", the positive work of the actuators, or '
-    '"electrical", what motors draw; it needs `robot.motor`',
+    '"electrical", what a `robot.motor` draws',
     "termination": "which events end an episode: `is_success`, `left_corridor`",
-    "friction": "of the task's ground: Coulomb coefficients along and across a link, >= 0; null: its own, (0.2, 0.5) "
-    'for "maze" and for the planar robot on "free", and (0.2, 0.2) otherwise',
-    "friction_backward": "its coefficient along a link that slides backward, >= 0; the first of `friction` is then "
-    "that of one that slides forward; null: as forward",
+    "friction": "of the task's ground: Coulomb coefficients along and across a link, >= 0; null: those on its page",
+    "friction_backward": "its coefficient along a link that slides [backward](ground.md#scales); null: as forward",
     "stribeck": "its Stribeck friction: `drop`, the share lost in sliding, 0 to 1, and `speed`, at which half "
     "of that is lost [m/s]",
-    "slope": "inclination of that ground: angle, 0 to pi/2, and direction in which it rises [rad]; only the block "
-    "`gravity` of the 3D model observes it",
+    "slope": "inclination of that ground: angle, 0 to pi/2, and direction in which it rises [rad]",
     "controller": 'joint controller: "pd", or in the planar model "io" (input-output linearisation), or the fields of '
     "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`; torque limit 10 N m",
     "integrator": 'time stepping: the fields of `snake_env.Integrator` with the method "implicit"',
@@ -89,32 +87,30 @@ env = gymnasium.make("snake_env:SnakeField-v1")  # a single robot
 envs = gymnasium.make_vec("snake_env:SnakeField-v1", num_envs=256, difficulty=0.5)  # a batch
 ```
 
-`snake_env.sb3.make(id, num_envs=n)` is the batch as a Stable-Baselines3 `VecEnv`. A batch is bit-identical to as many
-single environments. The robot is Aiko of the thesis: 11 links, no wheels. It moves by pushing its body against pegs, or
-by sliding more easily along its links than across them. Link 1 leads. Units are SI and radians; CG is the centre of
-gravity of the robot. [Concepts](concepts.md) explains the terms.
-`snake-env card --write docs/environments.md` generates this page and those of the ids.
+A batch is bit-identical to as many single environments; `snake_env.sb3.make(id, num_envs=n)` is one for
+Stable-Baselines3. The robot is Aiko of the thesis: 11 links, link 1 leads. Units are SI and radians; CG is the centre
+of gravity of the robot. [Concepts](concepts.md) explains the terms. `snake-env card --write docs/environments.md`
+generates this page and those of the ids.
 """
 
-INFO_TEXT = """The same keys after `reset` and `step`. The bias of work and cost depends on `precision`:
-[accuracy.md](accuracy.md#work-of-the-actuators).
+INFO_TEXT = """The same keys after `reset` and `step`, besides `reward_<term>`. The bias of work and cost depends on
+[`precision`](accuracy.md#work-of-the-actuators).
 """
 
 ACTION_TEXT = """An action in [-1, 1] maps linearly to [min, max]; values beyond are clipped. Joint references follow it
-within the slew limit, and a PD controller with a torque limit follows the references. In mode "residual" the wave comes
-first, then the offsets of the joints. `env.unwrapped.layout["action"]` lists the entries with their signs under
-reflection.
+within the slew limit per second, and a PD controller with a torque limit follows the references. In mode
+"residual" the wave comes first, then the offsets of the joints. `env.unwrapped.layout["action"]` lists the entries
+with their signs under reflection. In the last columns *pegs* stands for the tasks with pegs.
 """
 
 SAME_ACTIONS = """Yaw bends the body sideways, pitch up and down. The waves come first, then joint by joint yaw and
 pitch.
 """
 
-OBSERVATION_TEXT = """Each element is its value divided by the scale and clipped to [min, max], so that normalisation is
-not needed. Blocks come in this order; sizes are those of the default robot. `env.unwrapped.layout["observation"]` lists
-every element. The absolute position is left out: the task is the same everywhere along the corridor. Blocks on request
-are sensors of real robots ([which](interface.md#sensors-of-a-real-robot)); an observation has them only where
-`observation_blocks` names them.
+OBSERVATION_TEXT = """Each element is its value divided by the scale and clipped to the limits, so that normalisation is
+not needed. Blocks come in this order; sizes are those of the default robot.
+`env.unwrapped.layout["observation"]` lists every element. Blocks on request are
+[sensors of real robots](interface.md#sensors-of-a-real-robot); `observation_blocks` names them.
 """
 
 SAME_BLOCKS = """Blocks in order: {order}. Those without a row below are as in the planar model.
@@ -123,8 +119,8 @@ SAME_BLOCKS = """Blocks in order: {order}. Those without a row below are as in t
 FOOTER = """## Vector environments
 
 Further keywords of the batch: `num_envs`, `num_threads` (default: `SNAKE_ENV_NUM_THREADS`, else min(cores,
-ceil(num_envs / 8))) and `autoreset_mode`. Further keywords of every environment: `max_episode_steps`, `render_mode`,
-`observation`, `info_state`, `reward_fn`, `termination_fn` and `picture` ([interface.md](interface.md)).
+ceil(num_envs / 8))) and `autoreset_mode`. Further keywords of every environment: `render_mode`, `observation`,
+`info_state`, `reward_fn`, `termination_fn` and `picture` ([interface](interface.md)).
 
 | `autoreset_mode` | step in which an episode ends | next step of that robot | for |
 | --- | --- | --- | --- |
@@ -144,24 +140,24 @@ ceil(num_envs / 8))) and `autoreset_mode`. Further keywords of every environment
 
 ## Curriculum and randomisation
 
-`set_difficulty(d)`, in a batch `set_difficulty(d, mask)`, sets the difficulty of later episodes; a callback of
-Stable-Baselines3 calls `env.env_method("set_difficulty", d)` ([recipe](sb3.md#callbacks)).
+`set_difficulty(d)`, in a batch `set_difficulty(d, mask)`, sets the difficulty of later episodes
+([in Stable-Baselines3](sb3.md#callbacks)).
 
 `randomization=snake_env.Randomization(...)` samples parameters per robot and episode. Everything is off by default;
 `snake_env.Randomization.thesis()` switches on what the thesis lists as discrepancies (T 7.5.4).
 
-| field | off | range | unit | meaning |
-| --- | --- | --- | --- | --- |
-| `friction` | (1, 1) | 0 to 10 | 1 | factor on both friction coefficients |
-| `anisotropy` | (1, 1) | 0 to 10 | 1 | further factor on the coefficient across a link |
-| `mass` | (1, 1) | 0.1 to 10 | 1 | factor on mass and inertia of all links |
-| `torque_limit` | (1, 1) | 0.01 to 10 | 1 | factor on the largest torque of a joint |
-| `reference_rate` | null | 0.1 to 1 / `control_period` | Hz | rate at which the joint references adopt a new action |
-| `reference_delay` | (0, 0) | 0 to 10, at most 100 periods | s | time from an action to its effect, in whole periods |
-| `noise` | zeros | >= 0 | | amplitudes of uniform noise on the observation, sampled in each step (Table 7.4) |
-| `peg_error` | 0 | 0 to 1 | m | largest error of an observed peg position, constant during an episode |
-| `backlash` | (0, 0) | 0 to pi/2 | rad | backlash of the joints, in addition to the robot's own; PD only |
-| `stribeck` | (0, 0) | 0 to 1 | 1 | share of friction lost in sliding, in addition to the ground's own |
+| field | off | range | meaning |
+| --- | --- | --- | --- |
+| `friction` | (1, 1) | 0 to 10 | factor on both friction coefficients |
+| `anisotropy` | (1, 1) | 0 to 10 | further factor on the coefficient across a link |
+| `mass` | (1, 1) | 0.1 to 10 | factor on mass and inertia of all links |
+| `torque_limit` | (1, 1) | 0.01 to 10 | factor on the largest torque of a joint |
+| `reference_rate` | null | 0.1 to 1 / `control_period` Hz | rate at which the joint references adopt a new action |
+| `reference_delay` | (0, 0) | 0 to 10 s, at most 100 periods | time from an action to its effect, in whole periods |
+| `noise` | zeros | >= 0 | amplitudes of uniform noise on the observation, sampled in each step (Table 7.4) |
+| `peg_error` | 0 | 0 to 1 m | largest error of an observed peg position, constant during an episode |
+| `backlash` | (0, 0) | 0 to pi/2 rad | backlash of the joints, in addition to the robot's own; PD only |
+| `stribeck` | (0, 0) | 0 to 1 | share of friction lost in sliding, in addition to the ground's own |
 
 """
 
@@ -194,16 +190,25 @@ def _choices(model: str) -> dict[str, tuple[str, ...]]:
 
 
 def _capabilities() -> str:
-    """What each model has, from the core's table."""
-    words = {True: "yes", False: "no", "implicit": '`method="implicit"`'}
+    """Which features each model has, from the core's table, those of the same models together."""
+    words = {True: "yes", False: "no", "implicit": "implicit"}
     models = ("planar", "spatial", "minimal")
-    rows = [(row["name"], *(words[row[model]] for model in models)) for row in capabilities()]
+    features: dict[tuple[str, ...], list[str]] = {}
+    for row in capabilities():
+        features.setdefault(tuple(words[row[model]] for model in models), []).append(str(row["name"]))
     text = (
         "## What each model has\n\n"
         "Environments have the planar and the spatial model, `snake_env.simulate` has all three. What a model does not "
-        "have is refused by name.\n\n"
+        'have is refused by name. *implicit*: only with `method="implicit"`.\n\n'
     )
-    return text + _table(("feature", *models), rows)
+    return text + _table(("feature", *models), [("; ".join(names), *having) for having, names in features.items()])
+
+
+@cache
+def peg_tasks() -> set[str]:
+    """Tasks with pegs, whose forces are observed."""
+    layouts = {row["name"]: layout_of(model=row["model"], task=row["name"]) for row in SCENARIOS}
+    return {name for name, one in layouts.items() if "contact_force" in {block["name"] for block in one["observation"]}}
 
 
 def page_name(env_id: str) -> str:
@@ -219,14 +224,12 @@ def layout_of(**options: Any) -> dict[str, Any]:
 def _ids() -> str:
     rows = []
     for env_id, options in TASKS.items():
-        layout = layout_of(**options)
-        size = sum(block["size"] for block in layout["observation"])
-        config = layout["config"]
+        config = layout_of(**options)["config"]
         link = f"[{env_id}](environments/{page_name(env_id)}.md)"
-        rows.append((link, config["model"], config["task"], GOALS[config["task"]], size, len(layout["action"])))
-    head = ("id", "model", "task", "goal", "observation", "action")
+        rows.append((link, config["model"], config["task"], GOALS[config["task"]]))
+    head = ("id", "model", "task", "goal")
     parts = ["## Ids\n", _table(head, rows)]
-    parts.append("Sizes are those of the default options. Each id has a page with a film and the shipped policies.\n")
+    parts.append("Each id has a page with a film, sizes of observation and action, and the shipped policies.\n")
     parts.append("![Starts of test scene 0 of every family, at three difficulties](images/gallery.png)\n")
     return "\n".join(parts)
 
@@ -237,32 +240,45 @@ def _model(model: str) -> str:
 
 
 def _actions(model: str) -> str:
-    """One table for all action modes; rows that differ between tasks name theirs."""
-    uses: dict[tuple[str, ...], dict[str, set[str]]] = {}
+    """One table for all action modes; rows that differ between tasks name theirs and follow each other."""
+    uses: dict[str, dict[tuple[str, ...], dict[str, set[str]]]] = {}
     for mode, task in itertools.product(CHOICES["action_mode"], _choices(model)["task"]):
         layout = layout_of(model=model, task=task, action_mode=mode)
-        for row in grouped(map(action_row, layout["action"])):
-            _note(uses.setdefault(row, {}), {"action_mode": mode, "task": task})
-    rows = [(*row, "; ".join(_conditions(model, found))) for row, found in uses.items()]
-    head = ("action", "min", "max", "slew limit [unit/s]", "unit", "meaning", "only with")
+        for name, *cells in grouped(map(action_row, layout["action"])):
+            _note(uses.setdefault(name, {}).setdefault(tuple(cells), {}), {"action_mode": mode, "task": task})
+    rows = []
+    for name, variants in uses.items():
+        said = ""
+        for (*cells, meaning), found in variants.items():
+            modes = _conditions(model, found).removeprefix("`action_mode` ")
+            rows.append((name, *cells, "likewise" if meaning == said else meaning, modes))
+            said = meaning
+    head = ("action", "min, max", "slew limit", "meaning", "only with `action_mode`")
     text = ACTION_TEXT if model == MODELS[0] else SAME_ACTIONS
     return "\n".join(["### Actions\n", text, _table(head, rows)])
 
 
 def action_row(entry: dict[str, Any]) -> tuple[str, ...]:
-    """Name, limits, unit and meaning of an entry of the action."""
-    limits = (number(entry[key]) for key in ("low", "high", "slew"))
-    return (entry["name"], *limits, entry["unit"], entry["meaning"])
+    """Name, interval with its unit, slew limit and meaning of an entry of the action."""
+    interval = f"{_interval(entry['low'], entry['high'])} {entry['unit']}"
+    return (entry["name"], interval, number(entry["slew"]), entry["meaning"])
+
+
+def _interval(low: float, high: float) -> str:
+    return f"+-{number(high)}" if low == -high else f"{number(low)}, {number(high)}"
 
 
 def _observation(model: str) -> str:
     """One table of all blocks that the model can have, with the options that they need; shared rows only once."""
     rows = _block_rows(model)
-    head = ("block", "size", "unit", "scale", "min, max", "meaning", "only with")
+    head = ("block", "size", "scale", "limits", "meaning", "only with")
     if model == MODELS[0]:
         return "\n".join(["### Observations\n", OBSERVATION_TEXT, _table(head, rows)])
-    shared = set(_block_rows(MODELS[0]))
-    own = [row for row in rows if row not in shared]
+    planar = {row[0]: row for row in _block_rows(MODELS[0])}
+    own = [
+        (*cells, "as in the planar model" if meaning == planar.get(cells[0], cells)[-2] else meaning, needs)
+        for *cells, meaning, needs in (row for row in rows if row not in planar.values())
+    ]
     text = SAME_BLOCKS.format(order=", ".join(row[0] for row in rows))
     return "\n".join(["### Observations\n", text, _table(head, own)])
 
@@ -287,15 +303,15 @@ def _block_rows(model: str) -> list[tuple[str, ...]]:
             blocks.setdefault(name, block)
             _note(uses.setdefault(name, {}), options)
             on_request |= {name} & set(usual["on_request"])
-    conditions = {name: ["on request"] * (name in on_request) + _conditions(model, uses[name]) for name in order}
+    request = dict.fromkeys(on_request, "on request")
+    conditions = {name: filter(None, (request.get(name), _conditions(model, uses[name]))) for name in order}
     return [_block_row(blocks[name], "; ".join(conditions[name])) for name in order]
 
 
 def _block_row(block: dict[str, Any], conditions: str) -> tuple[str, ...]:
     size = "of the action" if block["name"] == "previous_action" else str(block["size"])
-    bounds = f"{number(block['low'])}, {number(block['high'])}"
-    scale = number(block["scale"])
-    return (block["name"], size, block["unit"], scale, bounds, block["description"], conditions)
+    scale = number(block["scale"]) if block["unit"] == "1" else f"{number(block['scale'])} {block['unit']}"
+    return (block["name"], size, scale, _interval(block["low"], block["high"]), block["description"], conditions)
 
 
 def _note(uses: dict[str, set[str]], options: dict[str, str]) -> None:
@@ -304,18 +320,20 @@ def _note(uses: dict[str, set[str]], options: dict[str, str]) -> None:
         uses.setdefault(option, set()).add(value)
 
 
-def _conditions(model: str, uses: dict[str, set[str]]) -> list[str]:
+def _conditions(model: str, uses: dict[str, set[str]]) -> str:
     """The options that something needs, or those with which it is absent where they are far fewer."""
     parts = []
     for option, found in uses.items():
         choices = _choices(model)[option]
         present = [value for value in choices if value in found]
         absent = [value for value in choices if value not in found]
-        if absent and 3 * len(absent) < len(present):
+        if option == "task" and set(present) == peg_tasks():
+            parts.append("pegs")
+        elif absent and 3 * len(absent) < len(present):
             parts.append(f"`{option}` not {', '.join(absent)}")
         elif absent:
             parts.append(f"`{option}` {', '.join(present)}")
-    return parts
+    return "; ".join(parts)
 
 
 def grouped(rows: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
@@ -363,11 +381,10 @@ def _episode() -> str:
     rows = [(goal, *conditions) for goal, conditions in goal_rows(config).items()]
     return (
         "## Start, termination, truncation\n\n"
-        "The robot starts at rest in the posture of the gait, ready to move to +x. Its phase is random and it is "
-        "displaced a little, both scaled by `start_jitter`. An episode terminates at the goal (`is_success`) and when "
-        "the robot has strayed (`left_corridor`), as `termination` says. It is truncated after `max_episode_steps` = "
-        f"{steps} steps, {number(steps * period)} s. It is also truncated when its simulation has diverged "
-        "(`diverged`) or left a link inside an obstacle (`penetrated`).\n\n"
+        "The robot starts at rest in the posture of the gait, facing +x. Its phase is random and it is displaced a "
+        "little, both scaled by `start_jitter`. An episode terminates at the goal (`is_success`) and when the robot "
+        f"has strayed (`left_corridor`). It is truncated after `max_episode_steps` = {steps} steps, "
+        f"{number(steps * period)} s, and when its simulation has failed (`diverged`, `penetrated`).\n\n"
         + _table(("goal", "`is_success`", "`left_corridor`"), rows)
     )
 
@@ -376,11 +393,14 @@ def _info() -> str:
     having: dict[tuple[str, ...], list[str]] = {}
     for model in MODELS:
         for s in layout_of(model=model)["signals"]:
-            meaning = s["description"].partition(":")[0] if s["name"].startswith("reward_") else s["description"]
-            having.setdefault((f"`{s['name']}`", s["kind"], s["unit"], meaning), []).append(model)
-    rows = [(*signal, "" if len(models) == len(MODELS) else models[0]) for signal, models in having.items()]
-    head = ("key", "type", "unit", "meaning", "only with `model`")
-    return "\n".join(["## Info\n", INFO_TEXT, _table(head, rows)])
+            if not s["name"].startswith("reward_"):
+                unit = s["unit"] if s["kind"] == "float" else s["kind"]
+                having.setdefault((f"`{s['name']}`", unit, s["description"]), []).append(model)
+    rows = [
+        (name, unit, meaning if len(models) == len(MODELS) else f"{meaning} ({models[0]})")
+        for (name, unit, meaning), models in having.items()
+    ]
+    return "\n".join(["## Info\n", INFO_TEXT, _table(("key", "unit", "meaning"), rows)])
 
 
 def _arguments() -> str:

@@ -71,17 +71,11 @@ def page(env_id: str) -> str:
         DESCRIPTIONS[env_id],
         "```python\nimport gymnasium\n\n"
         f'envs = gymnasium.make_vec("snake_env:{env_id}", num_envs=256)\n'
-        "obs, info = envs.reset(seed=0)\n"
-        "obs, reward, terminated, truncated, info = envs.step(envs.action_space.sample())\n```",
+        "obs, info = envs.reset(seed=0)\n```",
         f"![an episode](../images/env-{card.page_name(env_id)}.gif)",
         f"*{_caption(env_id)}.*",
         _facts(env_id, layout),
-        _end(layout["config"]),
         *_policies(env_id),
-        "## Keywords of this task",
-        _keywords(layout["config"]),
-        "## Actions and observations",
-        _spaces(layout),
     ]
     return "\n\n".join(part.strip() for part in parts if part) + "\n"
 
@@ -94,12 +88,8 @@ def _caption(env_id: str) -> str:
     }
     actor = actors.get(film.policy, f"The shipped policy `{film.policy}`")
     chosen = "".join(f", `{name}={json.dumps(value)}`" for name, value in film.options.items())
-    forces = "; arrows: forces of the pegs" if _pegs(env_id) else ""
+    forces = "; arrows: forces of the pegs" if TASKS[env_id]["task"] in card.peg_tasks() else ""
     return f"{actor} on test scene {film.scene}{chosen}{forces}"
-
-
-def _pegs(env_id: str) -> bool:
-    return TASKS[env_id]["task"] not in ("free", "command", "terrain", "pipe", "climb")
 
 
 def _facts(env_id: str, layout: dict[str, Any]) -> str:
@@ -108,15 +98,18 @@ def _facts(env_id: str, layout: dict[str, Any]) -> str:
     along, across = _friction(env_id)
     ground = f"friction {along:g} along the links, {across:g} across" if along != across else f"friction {along:g}"
     model = "planar, chapter 3 of the thesis" if config["model"] == "planar" else "3D, chapter 4 of the thesis"
-    modes = {mode: card.layout_of(**TASKS[env_id], action_mode=mode)["action"] for mode in card.CHOICES["action_mode"]}
+    entries = ", ".join(row[0] for row in card.grouped((entry["name"],) for entry in layout["action"]))
+    blocks = ", ".join(block["name"] for block in layout["observation"])
+    keywords = (f"`{name}` {card.default(config[name])}" for name in KEYWORDS[config["task"]])
     return table(
         ("property", "value"),
         [
             ("robot", f"{config['robot']['links']} links, {model}"),
             ("ground", ground),
-            ("action", f"`Box(-1, 1, ({len(layout['action'])},), float32)`"),
-            ("size by `action_mode`", ", ".join(f"{mode} {len(entries)}" for mode, entries in modes.items())),
-            ("observation", f"`Box({size},)` of float32"),
+            ("[action](../environments.md#actions)", f"`Box(-1, 1, ({len(layout['action'])},), float32)`: {entries}"),
+            ("[observation](../environments.md#observations)", f"`Box({size},)` of float32: {blocks}"),
+            *_end(config),
+            ("[keywords](../environments.md#arguments) of this task", ", ".join(keywords)),
         ],
     )
 
@@ -130,34 +123,17 @@ def _friction(env_id: str) -> tuple[float, float]:
     return along, across
 
 
-def _end(config: dict[str, Any]) -> str:
+def _end(config: dict[str, Any]) -> list[tuple[str, str]]:
     kind = card.GOALS[config["task"]]
     reached, strayed = card.goal_rows(config)[kind]
+    rewards = "[reward](../environments.md#rewards)"
     if kind == "direction":
-        return "An episode with a commanded direction ends only by the time limit; its reward is `tracking`."
-    return (
-        f"The episode terminates with `is_success` when {reached}. It terminates with `left_corridor` when {strayed}. "
-        "The reward is [progress, less energy and abrupt actions](../environments.md#rewards), and a bonus at the goal."
-    )
-
-
-def _spaces(layout: dict[str, Any]) -> str:
-    """Names only; meanings, limits and scales are those of the common page."""
-    entries = ", ".join(row[0] for row in card.grouped((entry["name"],) for entry in layout["action"]))
-    blocks = ", ".join(block["name"] for block in layout["observation"])
-    return (
-        f"[Actions](../environments.md#actions): {entries}. Action zero is the default gait.\n\n"
-        f"Blocks of the [observation](../environments.md#observations), in order: {blocks}. "
-        '`env.unwrapped.layout["observation"]` has their places.'
-    )
-
-
-def _keywords(config: dict[str, Any]) -> str:
-    rows = [(f"`{name}`", card.default(config[name])) for name in KEYWORDS[config["task"]]]
-    return (
-        table(("keyword", "default"), rows)
-        + "\n\nMeanings and ranges, and the keywords of every environment: [arguments](../environments.md#arguments)."
-    )
+        return [("end", "by the time limit"), (rewards, "`tracking` of the command")]
+    return [
+        ("`is_success`", reached),
+        ("`left_corridor`", strayed),
+        (rewards, "progress, less energy and abrupt actions; a bonus at the goal"),
+    ]
 
 
 def _policies(env_id: str) -> list[str]:
@@ -169,16 +145,14 @@ def _policies(env_id: str) -> list[str]:
     rows = [_policy_row(one) for one in own]
     return [
         "## Shipped policies",
-        table(("policy", "keywords", "success", "speed [m/s]"), rows)
-        + "\n\n95 % intervals over test scenes; `snake-env card NAME` prints them. More: [results](../results.md).",
+        table(("policy", "success", "speed [m/s]"), rows)
+        + "\n\n95 % intervals over test scenes; `snake-env card NAME` prints keywords and more scores. "
+        "All policies: [results](../results.md).",
     ]
 
 
 def _policy_row(one: PolicyCard) -> tuple[str, ...]:
-    scored = {name: value for name, value in one.scored_options.items() if name != "reward_weights"}
-    options = ", ".join(f"`{name}={json.dumps(value)}`" for name, value in scored.items())
-    scores = (_estimate(one, name) for name in ("success", "speed"))
-    return (f"`{one.name}`", options, *scores)
+    return (f"`{one.name}`", *(_estimate(one, name) for name in ("success", "speed")))
 
 
 def _estimate(one: PolicyCard, name: str) -> str:

@@ -75,10 +75,14 @@ def test_a_release_has_no_relative_links():
 
 @pytest.mark.parametrize("model", ["planar", "spatial"])
 def test_the_page_lists_every_info_of_a_model_once(model):
-    table = card.page().partition("## Info\n")[2].partition("\n## ")[0]
+    page = card.page()
+    infos, rewards = (page.partition(f"## {name}\n")[2].partition("\n## ")[0] for name in ("Info", "Rewards"))
+    others = {"planar", "spatial"} - {model}
     for signal in card.layout_of(model=model)["signals"]:
-        rows = re.findall(rf"^\| `{signal['name']}` \|.*\| (\w*) \|$", table, re.MULTILINE)
-        assert rows in ([""], [model]), signal["name"]
+        term = signal["name"].removeprefix("reward_")
+        row = rf"^\| `{term}` \|(.*)$" if term == signal["name"] else rf"^\| {term} \|(.*)$"
+        (found,) = re.findall(row, infos if term == signal["name"] else rewards, re.MULTILINE)
+        assert not any(f"({other})" in found for other in others), signal["name"]
 
 
 @pytest.mark.parametrize("command", [[], ["card"], ["--help"]])

@@ -17,7 +17,7 @@ from snake_env.reproduce.findings import SECTIONS, Finding, Rows, Verdict
 
 ROOT = Path(__file__).parents[2]
 QUOTED = {
-    "sidewinding: where it goes": r"(\d+), (\d+) and (\d+) degrees; once per period",
+    "sidewinding: where it goes": r"(\d+), (\d+) and (\d+) degrees. Once per period",
     "sidewinding on (0.01, 1): slides back": r"slides back by up to ([\d.]+), ([\d.]+) and ([\d.]+) cm",
     "Table 7.3 in 3D": r"([\d.]+) and ([\d.]+) cm/s, paths within (\d+) mm",
 }

@@ -105,7 +105,7 @@ def test_the_page_quotes_the_bounds(small, tmp_path):
     assert "cost of transport 0.200" in text
     assert "0.227 for any that passes" in text
     assert "0.239 for a body" in text
-    assert "0.163 m/s for the thesis's gait" in text
+    assert "0.163 m/s for that gait" in text
     assert "| heading control |" in text
 
 

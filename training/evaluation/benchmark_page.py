@@ -10,6 +10,7 @@ from snake_env._files import write_json, write_text
 from snake_env.evaluation import scores, seeds
 from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.scores import SCORES, Row
+from snake_env.evaluation.statistics import Estimate
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.markdown import table
 from snake_env.policies.gaits import GaitParameters
@@ -20,7 +21,9 @@ from training.runs import versions
 DOCS = ROOT / "docs"
 
 SHOWN = ("success", "speed", "cost_of_transport")
-"""Scores of the tables; the JSON file has all."""
+"""Scores of the tables; the JSON file has all, with intervals."""
+
+WITH_INTERVAL = ("success", "speed")
 
 MU = 0.2
 """Friction coefficient of the tasks with pegs."""
@@ -36,11 +39,11 @@ PICTURE = "learning-over-all-tasks.png"
 HEAD = """# Benchmark of learning and control
 
 Printed by `python -m training benchmark`: {episodes} episodes per policy and task on test scenes, the same for all
-policies. Brackets are 95 % bootstrap intervals over scenes. The JSON file beside this page has further scores.
+policies. Brackets are 95 % bootstrap intervals over scenes. The JSON file beside this page has all of them.
 
-Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, {weaving:.3f} for any that passes the
-pegs of the thesis's course on alternating sides, and {leader:.3f} for a body that follows the curve of the thesis's
-gait without slip. Speed without slip: {thesis:.3f} m/s for the thesis's gait, {fastest:.3f} m/s for the fastest wave
+Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, and {weaving:.3f} for any that passes
+the pegs of the thesis's course on alternating sides. It is {leader:.3f} for a body that follows the curve of the
+thesis's gait without slip. Speed without slip: {thesis:.3f} m/s for that gait, {fastest:.3f} m/s for the fastest wave
 that actions can command.
 """
 
@@ -112,20 +115,13 @@ def section(task: BenchmarkTask, rows: dict[str, Row], played: dict[str, Episode
     """A task's table and picture."""
     shown = [one for one in SCORES if one.name in SHOWN]
     heads = ["policy", *(f"{one.name.replace('_', ' ')}{f' [{one.unit}]' if one.unit != '1' else ''}" for one in shown)]
-    lines = ([name, *(scores.cell(row[one.name], one.decimals) for one in shown)] for name, row in rows.items())
+    lines = ([name, *(_cell(one, row[one.name]) for one in shown)] for name, row in rows.items())
     text = f"{HEADING}{task.name}\n\n`{task.env_id}`, {task.about}.\n\n{table(heads, lines)}\n"
-    return text + _notes(rows, played) + f"\n![{task.name}]({picture.as_posix()})\n"
-
-
-def _notes(rows: dict[str, Row], played: dict[str, Episodes]) -> str:
-    """The best row against the thesis's gait, field by field; diverged episodes, if there are any."""
-    best = max(rows, key=lambda name: rows[name]["success"].value)
-    reference = next(iter(rows))
-    parts = []
-    if best != reference:
-        difference = scores.against(played[best], played[reference])
-        parts.append(scores.difference_text(best, reference, difference) + ".")
     diverged = sum(int(cell["diverged"].sum()) for cell in played.values())
-    if diverged:
-        parts.append(f"Diverged episodes: {diverged}.")
-    return "\n" + "\n".join(parts) + "\n" if parts else ""
+    note = f"\nDiverged episodes: {diverged}.\n" if diverged else ""
+    return text + note + f"\n![{task.name}]({picture.as_posix()})\n"
+
+
+def _cell(one: scores.Score, value: Estimate) -> str:
+    text = scores.cell(value, one.decimals)
+    return text if one.name in WITH_INTERVAL else text.partition(" [")[0]

@@ -29,8 +29,7 @@ PROFILE = tuple(round(0.025 * k, 3) for k in range(25))
 
 TEXT = """The {count} policies that play in every planar task. The score of an episode is its speed if it reaches the
 goal, else zero. Interquartile mean, performance profile (share of episodes above a score) and probability of
-improvement are those of Agarwal et al. (2021), with an episode in the place of their run; intervals are of the
-bootstrap over scenes, stratified by task.
+improvement are those of Agarwal et al. (2021). Intervals are of the bootstrap over scenes, stratified by task.
 """
 
 
