@@ -76,6 +76,7 @@ reproduce: build
 
 docs: build
 	$(BIN)/python -m snake_env card --write docs/environments.md
+	$(BIN)/python -m experiments.protocol_tables --write
 	$(BIN)/python -m experiments.architecture --write
 
 # The simulator in a web page, docs/playground/: WebAssembly of rust/playground with three.js beside it.

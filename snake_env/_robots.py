@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from snake_env import _checks, _threads
-from snake_env._buffers import BufferPool, Mask, StepBuffers
+from snake_env._buffers import Arrays, BufferPool, Mask, StepBuffers
 from snake_env._native import Batch
 from snake_env._task import Task
 from snake_env.config import Scene
@@ -102,11 +102,27 @@ class Robots:
                 rng.bit_generator.state = random_state
             raise
         buffers = self._buffers.new()
-        self.native.reset(mask, seeds, buffers.arrays)
+        self._begin(mask, seeds, buffers.arrays)
         self.native.observe(~mask, buffers.arrays.observation)
         self._seeded |= mask
         self._previous_action[mask] = 0.0
         return buffers
+
+    def _begin(self, mask: Mask, seeds: list[int | None] | None, arrays: Arrays) -> None:
+        """Starts episodes; pegs that are to have friction get it once they are drawn, and the episode starts again."""
+        self.native.reset(mask, seeds, arrays)
+        if not self.task.worlds.has_rough_pegs:
+            return
+        rows = np.flatnonzero(mask).tolist()
+        state = self.state(rows)
+        worlds = {}
+        for k, i in enumerate(rows):
+            if world := self.task.worlds.rough(self.native.next_episode(i), self.scene(i), state.robot(k)):
+                worlds[i] = world
+        if worlds:
+            self.native.set_next_worlds(list(worlds), list(worlds.values()))
+            again = np.isin(np.arange(self.num_envs), list(worlds))
+            self.native.reset(again, seeds, arrays)
 
     def _prepare(self, mask: Mask, seeds: Sequence[int | None], options: Options) -> None:
         """Sets difficulties and prescribes where episodes take place, or does neither."""
@@ -152,7 +168,7 @@ class Robots:
             arrays = arrays._replace(reward=other.reward, terminated=other.terminated, truncated=other.truncated)
         if self.task.worlds.is_prescribed:
             self._prescribe(np.flatnonzero(mask).tolist())
-        self.native.reset(mask, None, arrays)
+        self._begin(mask, None, arrays)
         self._previous_action[mask] = 0.0
         buffers.own_reward[mask] = 0.0
 

@@ -11,7 +11,7 @@ from gymnasium.spaces import Box, Dict, Space
 from numpy.typing import NDArray
 
 from snake_env import _checks as checks
-from snake_env import _worlds
+from snake_env import _worlds, robot_classes
 from snake_env._native import defaults, layout
 from snake_env.config import Integrator, IOLinearizing
 from snake_env.errors import ConfigError
@@ -59,12 +59,18 @@ class Task:
         observation: str = "flat",
     ) -> None:
         _require_known(options, keywords)
+        options, class_noise = robot_classes.split(options)
         self.worlds, options = _worlds.split(options)
         limit = NO_STEP_LIMIT if max_episode_steps is None else max_episode_steps
         options = dict(options)
         if (precision := options.pop("precision", None)) is not None:
             options["integrator"] = Integrator.at(precision, options.get("integrator"))
-        self.layout: dict[str, Any] = layout({**options, **_controller(options), "max_episode_steps": limit})
+        core = {**options, **_controller(options), "max_episode_steps": limit}
+        if class_noise:
+            seen = [block["name"] for block in layout(core)["observation"]]
+            of_seen = {name: amplitude for name, amplitude in class_noise.items() if name in seen}
+            core["observation_noise"] = {**of_seen, **options.get("observation_noise", {})}
+        self.layout: dict[str, Any] = layout(core)
         self.config: dict[str, Any] = self.layout["config"]
         self.control_period: float = self.layout["control_period"]
         blocks = self.layout["observation"]

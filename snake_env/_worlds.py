@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -12,12 +13,17 @@ import numpy as np
 from snake_env import _checks
 from snake_env.config import Scene, Start
 from snake_env.errors import ConfigError
+from snake_env.obstacles import Circle
+from snake_env.state import State
 
 Generator = Callable[[np.random.Generator, float], Scene]
 World = dict[str, Any]
 
 SCENE = "a snake_env.Scene, a list of them, the path of a scene file, or a function generator(rng, difficulty)"
 GOAL = "the distance of a goal line [m], a goal point (x, y) or (x, y, radius), a path [(x, y), ...], or a mapping"
+PRESCRIBED = "scene, start or goal, in which obstacles have friction of their own"
+ROUGH = 1
+"""Sets the random numbers of the pegs' friction apart from those of a generator of scenes."""
 OPTIONS = ("scene", "start", "goal")
 """Options of a reset that prescribe where the episodes it begins take place."""
 
@@ -30,6 +36,7 @@ class Worlds:
         start: where link 1 starts; by default on a preset course there, else at the origin.
         goal: see ``GOAL``.
         model: "planar" or "spatial", for the start on a preset course.
+        peg_friction: interval of the Coulomb coefficient of drawn pegs, or None.
 
     Attributes:
         scene: one of the scenes, for the ground that all share, or None.
@@ -42,13 +49,18 @@ class Worlds:
         start: Start | Mapping[str, Any] | None = None,
         goal: Any = None,
         model: str = "planar",
+        peg_friction: Any = None,
     ) -> None:
         self._generator = _generator_of(scene)
+        self._friction = None if peg_friction is None else _interval("peg_friction", peg_friction)
         self._model = model
         self._start, self._goal = start, goal
         first = np.random.default_rng(0)
         self.scene = None if self._generator is None else _generated(self._generator, first, 0.0)
         self.is_prescribed = any(part is not None for part in (scene, start, goal))
+        self.has_rough_pegs = self._friction is not None
+        if self.is_prescribed and self.has_rough_pegs:
+            raise ConfigError("peg_friction", repr(peg_friction), f"None beside {PRESCRIBED}")
 
     def world(self, episode: tuple[int, int], difficulty: float, options: Mapping[str, Any]) -> World:
         """What is prescribed for one episode.
@@ -58,6 +70,8 @@ class Worlds:
             difficulty: of the robot, in [0, 1].
             options: of the reset that begins it, over those of the environment.
         """
+        if self._friction is not None and (prescribed := given(options)):
+            raise ConfigError("options", ", ".join(prescribed), f"no {PRESCRIBED} with peg_friction")
         own = options.get("scene")
         generator = self._generator if own is None else _generator_of(own)
         scene = None if generator is None else _generated(generator, np.random.default_rng(episode), difficulty)
@@ -67,6 +81,38 @@ class Worlds:
         goal = _goal_of(options.get("goal", self._goal))
         prescribed = {"scene": scene, "start": start, "goal": goal}
         return {name: part for name, part in prescribed.items() if part is not None}
+
+    def rough(self, episode: tuple[int, int], scene: Scene, state: State) -> World:
+        """The world of an episode that has been drawn, its pegs with friction; empty if it has none.
+
+        Args:
+            episode: its seed and number, on which the coefficient depends.
+            scene: as drawn.
+            state: of the robot at its start.
+        """
+        assert self._friction is not None
+        if not any(isinstance(one, tuple) for one in scene.obstacles):
+            return {}
+        mu = float(np.random.default_rng([*episode, ROUGH]).uniform(*self._friction))
+        pegs = [Circle(*one, friction=mu) if isinstance(one, tuple) else one for one in scene.obstacles]
+        return {"scene": dataclasses.replace(scene, obstacles=pegs), **_where(state)}
+
+
+def _interval(field: str, value: Any) -> tuple[float, float]:
+    low, high = _pair(field, value)
+    if not 0.0 <= low <= high <= 10.0:
+        raise ConfigError(field, repr(value), "0 <= low <= high <= 10")
+    return low, high
+
+
+def _where(state: State) -> World:
+    """Start and goal of a robot that has not moved."""
+    axis = state.link_axis[0]
+    start = Start(tuple(state.link_position[0, :2].tolist()), float(np.arctan2(axis[1], axis[0])))
+    x, y = state.goal.tolist()
+    if state.goal_radius > 0.0:
+        return {"start": start, "goal": {"point": [x, y], "radius": float(state.goal_radius)}}
+    return {"start": start, "goal": {"distance": x - float(state.position[0]), "centre_line": y}}
 
 
 def given(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -160,7 +206,10 @@ def split(options: Mapping[str, Any]) -> tuple[Worlds, dict[str, Any]]:
     rest = dict(options)
     if (corridor := rest.pop("corridor", None)) is not None:
         _accept_corridor(corridor, rest)
-    worlds = Worlds(**{name: rest.pop(name, None) for name in OPTIONS}, model=rest.get("model", "planar"))
+    if (peg_friction := rest.pop("peg_friction", None)) is not None:
+        rest["start_jitter"] = 0.0  # a start that is prescribed has the gait's posture at phase zero
+    prescribed = {name: rest.pop(name, None) for name in OPTIONS}
+    worlds = Worlds(**prescribed, model=rest.get("model", "planar"), peg_friction=peg_friction)
     if worlds.scene is not None:
         for name in ("friction", "friction_backward", "stribeck", "slope"):
             if rest.get(name) is not None:

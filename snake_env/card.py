@@ -68,7 +68,10 @@ ARGUMENTS = {
 }
 
 WORLD = {
+    "robot_class": '"ideal" or "aiko": [keywords under one name](protocol.md#classes-of-robot), beneath those given',
     "start": "a `snake_env.Start` in place of the task's: position and heading of link 1, and the posture",
+    "peg_friction": "range of the Coulomb coefficient between links and drawn pegs, one per episode, 0 to 10; starts "
+    "then have no jitter; null: pegs without friction",
     "precision": '"fast", "default" or "fine": how accurate the time stepping is; fields of `integrator` override it',
     "goal": "in place of the task's: the distance of a goal line, a goal point (x, y) or (x, y, radius), a path "
     "[(x, y), ...], all in m, or a command ([interface](interface.md#starts-goals-and-paths))",

@@ -34,6 +34,7 @@ class TaskOptions(TypedDict, total=False):
     Nested sections may be given as mappings, which keeps the environment's spec serialisable as JSON.
     """
 
+    robot_class: str | None
     model: str
     task: str
     action_mode: str
@@ -55,6 +56,7 @@ class TaskOptions(TypedDict, total=False):
     start: Start | Mapping[str, Any] | None
     goal: float | tuple[float, ...] | Sequence[Sequence[float]] | Mapping[str, Any] | None
     corridor: tuple[float, float] | None
+    peg_friction: tuple[float, float] | None
     observation_blocks: Sequence[str] | None
     privileged: bool
     observation_noise: Mapping[str, float]

@@ -81,6 +81,7 @@ def evaluate(
     trust: bool = False,
     num_threads: int | None = None,
     precision: str | None = None,
+    robot_class: str | None = None,
     scenes: int | None = None,
 ) -> Evaluation:
     """Plays a policy on test scenes, which neither training nor selection may use, one episode on each.
@@ -98,7 +99,9 @@ def evaluate(
         normalize: file of a ``VecNormalize``, see :func:`snake_env.load_policy`.
         trust: the policy's file may run code, see :func:`snake_env.load_policy`.
         num_threads: threads of the simulator; None: the environment's choice.
-        precision: "fast", "default" or "fine": how accurate the time stepping is; None: the task's.
+        precision: "fast", "default" or "fine": how accurate the time stepping is; None: the task's, or else that in
+            which the class of robot is judged.
+        robot_class: "ideal" or "aiko"; None: the task's.
         scenes: earlier name of ``episodes``.
 
     Raises:
@@ -106,8 +109,10 @@ def evaluate(
     """
     given, value = ("episodes", episodes) if scenes is None else ("scenes", scenes)
     count = integer(given, value, 1, len(seeds.HELD_OUT))
-    options = {} if precision is None else {"precision": precision}
+    given_options = {"precision": precision, "robot_class": robot_class}
+    options = {name: value for name, value in given_options.items() if value is not None}
     how = {"env_options": env_options, "normalize": normalize, "trust": trust}
     player, played_in = tasks.acting_in(policy, task, "field-hard", options, **how)
+    played_in = tasks.judged(played_in)
     found = run_episodes(player, played_in.env_id, seeds.held_out(count, seed), num_threads, **played_in.options)
     return Evaluation(name or player.name, played_in, score(found), found)

@@ -10,6 +10,7 @@ from typing import Any
 
 import gymnasium as gym
 
+from snake_env import robot_classes
 from snake_env.errors import ConfigError
 from snake_env.policies.foreign import Function, Model
 from snake_env.policies.interface import INTERFACE, Policy, named_task, refuse_other_interface, task_keywords
@@ -71,6 +72,19 @@ def chosen(names: Sequence[str] | None, path: Path = FILE) -> list[BenchmarkTask
         if name not in known:
             raise ConfigError("task", name, f"one of {', '.join(known)}")
     return [known[name] for name in names or known]
+
+
+def judged(task: BenchmarkTask, robot_class: str | None = None) -> BenchmarkTask:
+    """The task in a class of robot, None: its own, with the keywords that evaluations in this class have.
+
+    Raises:
+        ConfigError: there is no such class.
+    """
+    of_class = {} if robot_class is None else {"robot_class": robot_class}
+    options = task.options | of_class
+    name = options.get("robot_class")
+    own = {} if name is None else robot_classes.of(name).get("judged", {})
+    return replace(task, options=own | options)
 
 
 def acting_in(
