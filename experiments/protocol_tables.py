@@ -1,4 +1,4 @@
-"""The tables of docs/protocol.md that follow from data: classes of robot.
+"""The tables of docs/protocol.md that follow from data: classes of robot and tracks.
 
 python -m experiments.protocol_tables            # print
 python -m experiments.protocol_tables --write    # into docs/protocol.md
@@ -11,6 +11,7 @@ import sys
 
 from snake_env import robot_classes
 from snake_env._files import write_text
+from snake_env.evaluation import tracks
 from snake_env.markdown import table
 from training.config import ROOT
 
@@ -27,7 +28,16 @@ def classes() -> str:
     return table(("class", "has", "source"), rows)
 
 
-TABLES = {"classes": classes}
+def of_tracks() -> str:
+    """What each track admits."""
+    rows = [
+        (f"`{name}`", one["senses"], ", ".join(f"`{block}`" for block in one["blocks"]))
+        for name, one in tracks.load().items()
+    ]
+    return table(("track", "senses", "blocks of the observation"), rows)
+
+
+TABLES = {"classes": classes, "tracks": of_tracks}
 """By the name in the comment before each table."""
 
 

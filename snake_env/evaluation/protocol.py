@@ -9,8 +9,8 @@ from typing import Any
 from snake_env._checks import integer
 from snake_env._extras import extras
 from snake_env.errors import ConfigError
-from snake_env.evaluation import seeds, tasks
-from snake_env.evaluation.rollout import Episodes, run_episodes
+from snake_env.evaluation import seeds, tasks, tracks
+from snake_env.evaluation.rollout import Episodes, layout_of, run_episodes
 from snake_env.evaluation.scores import Row, against, latex, score, table
 from snake_env.evaluation.tasks import BenchmarkTask
 
@@ -25,6 +25,7 @@ class Evaluation:
     Attributes:
         name: of the policy.
         task: where it was played.
+        track: the narrowest one that admits what it observed, see ``snake_env.evaluation.tracks``; None: no track does.
         scores: by name, as "success" and "speed"; each has ``value``, and ``low`` and ``high`` of its 95 % bootstrap
             interval over scenes.
         episodes: the last ``info`` of every episode, (n,) arrays by name, and ``return``.
@@ -32,6 +33,7 @@ class Evaluation:
 
     name: str
     task: BenchmarkTask
+    track: str | None
     scores: Row
     episodes: Episodes
 
@@ -82,6 +84,7 @@ def evaluate(
     num_threads: int | None = None,
     precision: str | None = None,
     robot_class: str | None = None,
+    track: str | None = None,
     scenes: int | None = None,
 ) -> Evaluation:
     """Plays a policy on test scenes, which neither training nor selection may use, one episode on each.
@@ -94,18 +97,20 @@ def evaluate(
         episodes: number of test scenes, >= 1; the same ones for every policy.
         seed: number of the first test scene, from 0; episode k is on scene ``seed + k``.
         name: of the policy in the table; None: its own.
-        env_options: what a function needs of the environment: ``action_mode``, ``perception``, ``nearest_pegs`` and
-            ``control_period``. Everything else belongs to the task.
+        env_options: what a function needs of the environment, see :func:`snake_env.load_policy`. Everything else
+            belongs to the task.
         normalize: file of a ``VecNormalize``, see :func:`snake_env.load_policy`.
         trust: the policy's file may run code, see :func:`snake_env.load_policy`.
         num_threads: threads of the simulator; None: the environment's choice.
         precision: "fast", "default" or "fine": how accurate the time stepping is; None: the task's, or else that in
             which the class of robot is judged.
         robot_class: "ideal" or "aiko"; None: the task's.
+        track: "proprioception", "touch", "range" or "map": what the policy may observe; None: anything.
         scenes: earlier name of ``episodes``.
 
     Raises:
-        ConfigError: the policy, the task, an option or the number of episodes is not admissible.
+        ConfigError: the policy, the task, an option or the number of episodes is not admissible, or the policy observes
+            what the track does not admit.
     """
     given, value = ("episodes", episodes) if scenes is None else ("scenes", scenes)
     count = integer(given, value, 1, len(seeds.HELD_OUT))
@@ -114,5 +119,8 @@ def evaluate(
     how = {"env_options": env_options, "normalize": normalize, "trust": trust}
     player, played_in = tasks.acting_in(policy, task, "field-hard", options, **how)
     played_in = tasks.judged(played_in)
+    seen = tracks.observed(layout_of(played_in.env_id, played_in.options | player.env_options))
+    if track is not None:
+        tracks.require(track, seen)
     found = run_episodes(player, played_in.env_id, seeds.held_out(count, seed), num_threads, **played_in.options)
-    return Evaluation(name or player.name, played_in, score(found), found)
+    return Evaluation(name or player.name, played_in, tracks.narrowest(seen), score(found), found)

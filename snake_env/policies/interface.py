@@ -16,7 +16,7 @@ from snake_env.policies import files
 from snake_env.policies.policy_card import PolicyCard
 from snake_env.registration import MAX_EPISODE_STEPS, OWN_ID, TASKS
 
-INTERFACE = ("action_mode", "perception", "nearest_pegs", "control_period")
+INTERFACE = ("action_mode", "perception", "nearest_pegs", "observation_blocks", "privileged", "control_period")
 """Keywords of the environment that belong to a policy; all others belong to the task on which it is evaluated."""
 
 OF_A_TASK = frozenset([*TaskOptions.__annotations__, "max_episode_steps"])
@@ -141,5 +141,10 @@ def refuse_other_interface(policy: Policy, options: Mapping[str, Any]) -> None:
     """
     for name in INTERFACE:
         own = policy.env_options.get(name)
-        if own is not None and options.get(name, own) != own:
+        if own is not None and _plain(options.get(name, own)) != _plain(own):
             raise ConfigError(f"options.{name}", options[name], f"{own}, which {policy.name} acts with")
+
+
+def _plain(value: Any) -> Any:
+    """Names of blocks as JSON has them."""
+    return list(value) if isinstance(value, tuple) else value

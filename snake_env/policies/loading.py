@@ -27,6 +27,8 @@ GAIT = "gait"
 
 SCRIPTED = tuple(name.replace(" ", "-") for name in catalogue.CONTROLLERS)
 
+BLOCKS = "observation_blocks"
+
 FILES = "a file (.safetensors, .onnx, .zip of Stable-Baselines3, .pt of torch), module:function"
 
 CHOICES = f"{GAIT}, A,omega,beta in degrees, {', '.join((*SCRIPTED, *NAMES))}, {FILES}"
@@ -62,7 +64,8 @@ def load_policy(
             False: none.
         trust: the file may run code: needed for modules of torch, and for a zip whose network is not of linear layers.
         env_options: what a function or file needs of the environment: ``action_mode``, ``perception``,
-            ``nearest_pegs`` and ``control_period``.
+            ``nearest_pegs``, ``observation_blocks``, ``privileged`` and ``control_period``; of a gait or scripted
+            controller ``observation_blocks`` only.
         name: shown in tables; by default its own.
 
     Raises:
@@ -143,8 +146,9 @@ def _named(text: str, task: str | None, options: dict[str, Any], name: str | Non
     if not colon:
         found = _of_this_package(text, task)
         foreign.refuse_statistics(normalize, text)
-        if options:
-            raise ConfigError("env_options", repr(options), f"none for {text}, which has its own")
+        if set(options) - {BLOCKS}:
+            raise ConfigError("env_options", repr(options), f"{BLOCKS} only for {text}, which has its own")
+        found.env_options |= options
         return found
     if not all(part.isidentifier() for part in (*module.split("."), attribute)):
         raise ConfigError("policy", text, f"one of {CHOICES}")

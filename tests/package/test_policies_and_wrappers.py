@@ -164,7 +164,7 @@ def test_a_policy_does_not_change_the_task(tmp_path, policy):
 
 @pytest.mark.parametrize("policy", ["gait", "30,120,-50", "heading-control"])
 def test_what_has_options_takes_none(policy):
-    with pytest.raises(ConfigError, match=r"env_options = .*: expected none for"):
+    with pytest.raises(ConfigError, match=r"env_options = .*: expected observation_blocks only for"):
         load_policy(policy, env_options={"perception": "blind"})
 
 

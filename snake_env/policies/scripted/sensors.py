@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env.errors import ConfigError
+
 Array = NDArray[np.float64]
 
 
@@ -35,7 +37,13 @@ class Sensors:
         return int(self._blocks[name]["size"])
 
     def __getitem__(self, name: str) -> Array:
-        """A block (n, k) in its unit; values beyond the observation's bounds are clipped to them."""
+        """A block (n, k) in its unit; values beyond the observation's bounds are clipped to them.
+
+        Raises:
+            ConfigError: the observation does not have it.
+        """
+        if name not in self._blocks:
+            raise ConfigError("observation_blocks", ", ".join(self._blocks), f"{name} too, which the controller reads")
         block = self._blocks[name]
         start = block["start"]
         return self._observation[:, start : start + block["size"]] * np.float64(block["scale"])
