@@ -22,20 +22,15 @@ from snake_env.policies.interface import Policy
 from snake_env.policies.loading import load_policy
 from snake_env.registration import SCENARIOS, TASKS
 
-SIZE = (720, 432)
-LONGEST = 12.0
+SIZE = (640, 384)
+LONGEST = 8.0
 """Part of an episode that a film shows [s]."""
 PERIOD = 0.05
 """Control period of every environment [s]."""
 STRIP_HEIGHT = 110
 """Of the view from the side, below that from above [pixels]."""
-EVERY = 2
-"""Control periods per picture of a film: ten pictures per second."""
 DIFFICULTIES = (0.0, 0.5, 1.0)
-POLICIES = {
-    "spatial": Film("spatial", 0, {}),
-    "spatial-field": Film("spatial-field", 0, tasks.load()["spatial-field"].options),
-}
+POLICIES = {"spatial-field": Film("spatial-field", 0, tasks.load()["spatial-field"].options)}
 """Films of what policies have learned in 3D, for docs/results.md."""
 
 
@@ -45,8 +40,7 @@ def write_film(env_id: str, shown: Film, path: Path) -> Path:
     picture = {"size": (SIZE[0], height), **_camera(env_id)}
     seed = seeds.HELD_OUT[shown.scene]
     episode = film.play(actor(env_id, shown), env_id, seed, render_mode="rgb_array", picture=picture, **shown.options)
-    kept = episode.frames[: round(LONGEST / PERIOD) : EVERY]
-    return film.write_gif(kept, path, milliseconds=round(1000 * PERIOD * EVERY))
+    return film.write_gif(episode.frames[: round(LONGEST / PERIOD)], path, milliseconds=round(1000 * PERIOD))
 
 
 def actor(env_id: str, shown: Film) -> Policy:
@@ -64,8 +58,10 @@ def _camera(env_id: str) -> dict[str, Any]:
         return {"camera": "scene"}
     if task == "command":
         return {"camera": "fixed", "zoom": 0.55, "centre": (1.0, 0.75)}
+    if task in ("pipe", "climb"):
+        return {"camera": "fixed", "zoom": 0.58, "centre": (0.9, 0.0), "force_scale": 0.002}
     if model == "spatial":
-        return {"camera": "fixed", "zoom": 0.58, "centre": (0.9, 0.0)}
+        return {"camera": "fixed", "zoom": 0.5, "centre": (0.9, 0.0)}
     if task in ("course", "perturbed"):
         return {"camera": "fixed", "zoom": 0.72, "centre": (1.55, 0.1)}
     return {"camera": "fixed", "zoom": 0.68, "centre": (0.8, 0.0)}

@@ -16,7 +16,7 @@ from benchmarks import figures as bench_figures
 from benchmarks.results import Results
 from experiments import browser_pictures, concepts, difficulty, environment_films
 from experiments.origin import digest
-from snake_env import card, drawing, rendering, side_view
+from snake_env import card, drawing, palette, rendering, side_view
 from snake_env.commands.environment_pages import FILMS
 from snake_env.evaluation import film, scores
 from snake_env.evaluation.statistics import Estimate
@@ -78,7 +78,7 @@ def _drawn(runs: tuple[str, ...], draw: Callable[..., Any], *arguments: Any) -> 
 def _films() -> dict[str, Picture]:
     shown = {f"env-{card.page_name(env_id)}.gif": (env_id, one) for env_id, one in FILMS.items()}
     shown |= {f"learned-{name}.gif": ("SnakeSpatial-v1", one) for name, one in environment_films.POLICIES.items()}
-    code: Code = (environment_films.write_film, film.play, film.write_gif, rendering, side_view)
+    code: Code = (environment_films.write_film, film.play, film.write_gif, palette, rendering, side_view)
     found = {}
     for name, (env_id, one) in shown.items():
         runs = (episode(one.policy, env_id, one.scene, one.options),)
@@ -91,7 +91,7 @@ def _films() -> dict[str, Picture]:
         for level in environment_films.DIFFICULTIES
     )
     draw = _drawn(starts, environment_films.write_gallery)
-    found["gallery.png"] = Picture(draw, (environment_films.write_gallery, drawing, rendering, side_view))
+    found["gallery.png"] = Picture(draw, (environment_films.write_gallery, drawing, palette, rendering, side_view))
     return found
 
 
@@ -206,7 +206,7 @@ def _inspected() -> dict[str, Picture]:
 
     found = {}
     for name, shown in INSPECTED.items():
-        code: Code = (inspection, inspection_figures, film.play, film.write_gif, rendering, drawing)
+        code: Code = (inspection, inspection_figures, film.play, film.write_gif, palette, rendering, drawing)
         found[name] = Picture(partial(draw, *shown), code, shown, shown[:1])
     return found
 
@@ -229,7 +229,7 @@ def _browser() -> dict[str, Picture]:
         return (run,)
 
     hard = episode("general", "SnakeField-v1", 0, {"difficulty": 1.0})
-    viewer: Code = (browser_pictures.viewer, live, viewer_drawing, plots)
+    viewer: Code = (browser_pictures.viewer, live, palette, viewer_drawing, plots)
     web = [digest(path.read_bytes()) for path in sorted((ROOT / "rust/playground/web").glob("*.*s"))]
     page, sidewinds = browser_pictures.playground, browser_pictures.sidewinding
     still = episode("action zero", "SnakeSpatial-v1")

@@ -9,6 +9,7 @@ from typing import Any
 from snake_env import _checks
 from snake_env.config.section import freeze
 from snake_env.errors import ConfigError
+from snake_env.palette import FORCE_SCALE
 
 LAYERS = ("grid", "goal", "obstacles", "trail", "links", "forces", "caption")
 CAMERAS = ("follow", "fixed", "scene")
@@ -26,6 +27,7 @@ class Picture:
         centre: point in the middle of the picture of a fixed camera, (x, y) [m]; None: the robot at the start.
         zoom: 1 shows 2.8 m of the ground in a picture 800 pixels wide, 2 half of that; 0.05 to 20. "scene" has its own.
         layers: what is drawn, some of "grid", "goal", "obstacles", "trail", "links", "forces" and "caption".
+        force_scale: length of the arrows of forces [m/N], 1e-6 to 1; the caption shows one with its force.
 
     Raises:
         ConfigError: names the field that is not admissible.
@@ -36,6 +38,7 @@ class Picture:
     centre: tuple[float, float] | None = None
     zoom: float = 1.0
     layers: tuple[str, ...] = LAYERS
+    force_scale: float = FORCE_SCALE
 
     def __post_init__(self) -> None:
         width, height = _pair("picture.size", self.size)
@@ -47,6 +50,7 @@ class Picture:
                 _checks.number(f"picture.centre[{k}]", value, -1e6, 1e6)
         _checks.number("picture.zoom", self.zoom, 0.05, 20.0)
         _checks.names("picture.layers", self.layers, LAYERS)
+        _checks.number("picture.force_scale", self.force_scale, 1e-6, 1.0)
         freeze(self)
 
     @classmethod

@@ -12,9 +12,24 @@ from numpy.typing import NDArray
 from snake_env._extras import extras
 from snake_env.config import Scene
 from snake_env.obstacles import circles, heights, outlines
+from snake_env.palette import (
+    BODY,
+    FORCE,
+    GOAL,
+    GRID,
+    GROUND,
+    HEAD,
+    LONGEST_ARROW,
+    MARK,
+    MARK_WIDTH,
+    PEG,
+    PEG_HEIGHT,
+    SUN,
+    TRAIL,
+)
 from snake_env.picture import Picture
 from snake_env.state import State
-from snake_env.surfaces import bodies, field_height, fields, mesh
+from snake_env.surfaces import bodies, field_height, fields, ground_height, mesh
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 
@@ -29,35 +44,29 @@ VIEW_WIDTH = 2.8
 """Width of the ground that is seen there [m]."""
 MARGIN = 0.2
 """Ground around everything where all of the scene is shown [m]."""
-FORCE_SCALE = 0.012
-"""Length of an arrow [m/N]."""
-
 CAPTION_HEIGHT = 36
 """Height of the strip with the caption, at the top [pixels]."""
+NICE = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+"""Forces of which one shows how long arrows are [N]."""
 
-GROUND = (238, 234, 224)
-GRID = (221, 215, 202)
-BORDER = (160, 148, 122)
-PEG = (120, 128, 138)
-LOW = (190, 192, 190)
+BORDER = (150, 156, 148)
+LOW = (205, 208, 206)
 """Colour of an obstacle that hardly rises above the ground; the higher, the nearer to that of a peg."""
-PIPE = (214, 216, 210)
+PIPE = (216, 220, 218)
 HALF_SHADE = 0.1
 """Height at which the colour is half way [m]."""
 VALLEY = (150, 168, 176)
 """Colour that uneven ground comes near to far below the plane; far above, it is that of a peg."""
-LIGHT = (-0.4, 0.5, 0.77)
-"""Direction to the light on slopes, a unit vector."""
 GRAIN = 8
 """Side of the squares in which uneven ground is drawn, before they are smoothed [pixels drawn]."""
-BODY = ((56, 118, 88), (74, 138, 106))
-HEAD = (224, 142, 50)
-OUTLINE = (32, 60, 46)
-TRAIL = (150, 178, 160)
-FORCE = (190, 40, 48)
-GOAL = (60, 100, 180)
+SHADED = 0.82
+"""Light that is left in a shadow."""
+HIGHEST_SHADOW = 0.25
+"""Height from which on links cast none, as on a pole [m]."""
+EDGE = 0.66
+"""Light on the rim of a link."""
 TEXT = (40, 40, 40)
-CAPTION = (250, 249, 245)
+CAPTION = (252, 252, 250)
 
 Point = tuple[float, float]
 Array = NDArray[np.float64]
@@ -79,15 +88,20 @@ def shade(height: float | None) -> Any:
 def lit(colour: Any, slopes: Any) -> Array:
     """Colours (..., 3) of the ground or of faces in the light, by their slopes along x and y (..., 2)."""
     slopes = np.asarray(slopes, np.float64)
-    facing = (LIGHT[2] - slopes @ np.array(LIGHT[:2])) / np.sqrt(1.0 + (slopes**2).sum(axis=-1))
-    return np.clip(np.asarray(colour) * (0.4 + 0.6 * facing / LIGHT[2])[..., np.newaxis], 0.0, 255.0)
+    facing = (SUN[2] - slopes @ np.array(SUN[:2])) / np.sqrt(1.0 + (slopes**2).sum(axis=-1))
+    return np.clip(np.asarray(colour) * (0.4 + 0.6 * facing / SUN[2])[..., np.newaxis], 0.0, 255.0)
+
+
+def dim(colour: Any, light: float) -> Any:
+    """A colour in less light."""
+    return tuple(round(light * value) for value in colour)
 
 
 def earth(height: Array) -> Array:
     """Colours (..., 3) of level ground at a height above the plane (...) [m]."""
     share = (np.abs(height) / (np.abs(height) + 2.0 * HALF_SHADE))[..., np.newaxis]
     far = np.where((height > 0.0)[..., np.newaxis], PEG, VALLEY)
-    return GROUND + share * (far - GROUND)
+    return np.array(GROUND) + share * (far - np.array(GROUND))
 
 
 class Camera:
@@ -222,6 +236,7 @@ class TopView:
         self._picture = picture
         self._camera = Camera(picture)
         self._surface = pygame.Surface(self._camera.canvas)
+        self._shadow = pygame.Surface(self._camera.canvas)
 
     def zoom(self, factor: float) -> None:
         """Shows less of the ground from now on, by a factor."""
@@ -248,23 +263,53 @@ class TopView:
             "forces": lambda: self._draw_forces(state),
         }
         for name, draw in layers.items():
+            if name == "obstacles":
+                self._draw_shadows(state, scene)
             if self._picture.shows(name):
                 draw()
         picture = pygame.transform.smoothscale(self._surface, self._picture.size)
         if self._picture.shows("caption"):
             self._write(picture, caption(float(state.time), float(state.distance)))
+            if self._picture.shows("forces") and scene.obstacles:
+                self._write_scale(picture)
         return picture
 
-    def _draw_grid(self, spacing: float = 0.25) -> None:
+    def _draw_grid(self) -> None:
         width, height = self._camera.canvas
         half = np.array([width, height]) / (2 * self._camera.scale)
-        first, last = np.ceil((self._camera.centre - half) / spacing), (self._camera.centre + half) / spacing
-        for x in np.arange(first[0], last[0] + 1) * spacing:
-            px = self._camera.pixel((x, 0.0))[0]
-            pygame.draw.line(self._surface, GRID, (px, 0), (px, height), OVERSAMPLING)
-        for y in np.arange(first[1], last[1] + 1) * spacing:
-            py = self._camera.pixel((0.0, y))[1]
-            pygame.draw.line(self._surface, GRID, (0, py), (width, py), OVERSAMPLING)
+        for spacing, colour, wide in ((0.1, GRID[0], 1), (1.0, GRID[1], 2)):
+            first, last = np.ceil((self._camera.centre - half) / spacing), (self._camera.centre + half) / spacing
+            for x in np.arange(first[0], last[0] + 1) * spacing:
+                px = self._camera.pixel((x, 0.0))[0]
+                pygame.draw.line(self._surface, colour, (px, 0), (px, height), wide * OVERSAMPLING)
+            for y in np.arange(first[1], last[1] + 1) * spacing:
+                py = self._camera.pixel((0.0, y))[1]
+                pygame.draw.line(self._surface, colour, (0, py), (width, py), wide * OVERSAMPLING)
+
+    def _draw_shadows(self, state: State, scene: Scene) -> None:
+        """Of upright obstacles and of links, the farther from a link the higher it is above the plane."""
+        self._shadow.fill((255, 255, 255))
+        dark = dim((255, 255, 255), SHADED)
+        away = -np.array(SUN[:2]) / SUN[2]
+        if self._picture.shows("obstacles"):
+            round_ones, others = heights(scene.obstacles)
+            for height, (radius, x, y) in zip(round_ones, circles(scene.obstacles), strict=True):
+                cast = 0.5 * away * (PEG_HEIGHT if height is None else height)
+                self._stadium(np.array([x, y]) + cast, cast, radius, dark, self._shadow)
+            for height, line in zip(others, outlines(scene.obstacles), strict=True):
+                cast = away * (PEG_HEIGHT if height is None else height)
+                for start, end in zip(line, [*line[1:], line[0]], strict=True):
+                    corners = [start, end, end + cast, start + cast]
+                    pygame.draw.polygon(self._shadow, dark, [self._camera.pixel(corner) for corner in corners])
+        if self._picture.shows("links"):
+            places, half_axes = state.link_middle, state.link_half_length[:, np.newaxis] * state.link_axis[:, :2]
+            up = np.array(places[:, 2]) if places.shape[1] == 3 else state.link_radius
+            if self._picture.shows("obstacles"):
+                up = up - ground_height(scene.obstacles, places[:, :2])
+            for k in np.flatnonzero(up < HIGHEST_SHADOW):
+                radius = float(state.link_radius[k])
+                self._stadium(places[k, :2] + away * up[k], half_axes[k], radius, dark, self._shadow)
+        self._surface.blit(self._shadow, (0, 0), special_flags=pygame.BLEND_RGB_MULT)
 
     def _draw_goal(self, state: State) -> None:
         """The path, the goal disc, the goal line with the corridor's bounds, or the commanded direction."""
@@ -339,30 +384,41 @@ class TopView:
             pygame.draw.lines(self._surface, TRAIL, False, points, 2 * OVERSAMPLING)
 
     def _draw_links(self, state: State) -> None:
-        """Each link as a stadium: straight sides and round ends."""
-        half_axes = state.link_half_length[:, np.newaxis] * state.link_axis
-        links = list(zip(state.link_middle, half_axes, state.link_radius, strict=True))
-        outline = 2 * OVERSAMPLING / self._camera.scale
-        for place, half_axis, radius in links:
-            self._stadium(place, half_axis, radius, OUTLINE)
-        for i, (place, half_axis, radius) in reversed(list(enumerate(links))):
-            self._stadium(place, half_axis, radius - outline, HEAD if i == 0 else BODY[i % 2])
+        """Each link as a stadium, foreshortened where it points up or down; higher links over lower ones."""
+        height = state.link_middle[:, 2] if state.link_middle.shape[1] == 3 else -np.arange(len(state.link_radius))
+        for i in np.argsort(height, kind="stable"):
+            place, half_axis = state.link_middle[i, :2], state.link_half_length[i] * state.link_axis[i, :2]
+            radius = float(state.link_radius[i])
+            colour = colour_of(i)
+            self._stadium(place, half_axis, radius, dim(colour, EDGE))
+            self._stadium(place, half_axis, 0.86 * radius, colour)
+            back = state.link_back[i]
+            if back[2] > 0.1:
+                self._stadium(
+                    place + radius * back[:2], 0.7 * half_axis, 0.5 * MARK_WIDTH * radius * float(back[2]), MARK
+                )
 
-    def _stadium(self, centre: Array, half_axis: Array, radius: float, colour: Any) -> None:
+    def _stadium(self, centre: Array, half_axis: Array, radius: float, colour: Any, surface: Any = None) -> None:
         half_length = float(np.hypot(*half_axis))
         along = half_axis / half_length if half_length > 0.0 else np.array([1.0, 0.0])
         across = np.array([-along[1], along[0]])
         ends = centre + half_length * along, centre - half_length * along
         corners = [end + side * radius * across for end, side in zip((*ends, *ends[::-1]), (1, 1, -1, -1), strict=True)]
-        self._polygon(corners, colour)
+        self._polygon(corners, colour, surface)
         for end in ends:
-            self._disc(end, radius, colour)
+            self._disc(end, radius, colour, surface)
 
     def _draw_forces(self, state: State) -> None:
         """The mean force of the pegs on each link during the last control period."""
+        scale = self._picture.force_scale
         for place, force in zip(state.link_position[:, :2], state.contact_force[:, :2], strict=True):
-            if np.hypot(*force) * FORCE_SCALE > 0.005:
-                self._arrow(place, place + FORCE_SCALE * force)
+            size = float(np.hypot(*force))
+            if size * scale > 0.005:
+                along = force / size
+                end = place + min(scale * size, LONGEST_ARROW) * along
+                self._arrow(place, end)
+                if scale * size > LONGEST_ARROW:
+                    self._arrow(place, end - 0.03 * along)
 
     def _arrow(self, start: Array, end: Array, head: float = 0.04, colour: Any = FORCE) -> None:
         along = (end - start) / np.hypot(*(end - start))
@@ -373,19 +429,43 @@ class TopView:
 
     def _write(self, picture: pygame.Surface, text: str) -> None:
         """The caption on a strip of its own, large enough to be read in a picture half as wide."""
+        pygame.draw.rect(picture, CAPTION, (0, 0, self._picture.size[0], CAPTION_HEIGHT))
+        self._put(picture, text, 10)
+
+    def _write_scale(self, picture: pygame.Surface) -> None:
+        """An arrow in the caption, and the force that it stands for."""
+        width = self._picture.size[0]
+        per_newton = self._picture.force_scale * self._camera.scale / OVERSAMPLING
+        force = max((one for one in NICE if one * per_newton <= 0.1 * width), default=NICE[0])
+        text = f"{force} N"
+        left = self._put(picture, text, None)
+        end, length, y = left - 8, force * per_newton, CAPTION_HEIGHT // 2
+        pygame.draw.line(picture, FORCE, (end - length, y), (end - 6, y), 2)
+        pygame.draw.polygon(picture, FORCE, [(end, y), (end - 9, y - 5), (end - 9, y + 5)])
+
+    def _put(self, picture: pygame.Surface, text: str, left: int | None) -> int:
+        """Writes into the strip of the caption from a place on, or up to its right end; returns where it begins."""
         # A font kept from the last picture would be lost where another user of pygame has called pygame.quit.
         pygame.font.init()
         width = self._picture.size[0]
-        font = pygame.font.Font(None, max(10, min(38, 38 * width // 640)))
-        pygame.draw.rect(picture, CAPTION, (0, 0, width, CAPTION_HEIGHT))
-        picture.blit(font.render(text, True, TEXT), (10, 6))
+        font = pygame.font.Font(None, OVERSAMPLING * max(10, min(30, 30 * width // 640)))
+        large = font.render(text, True, TEXT)
+        size = large.get_width() // OVERSAMPLING, large.get_height() // OVERSAMPLING
+        left = width - 10 - size[0] if left is None else left
+        picture.blit(pygame.transform.smoothscale(large, size), (left, (CAPTION_HEIGHT - size[1]) // 2))
+        return left
 
     def _line(self, start: Any, end: Any, colour: Any, width: int) -> None:
         ends = self._camera.pixel(start), self._camera.pixel(end)
         pygame.draw.line(self._surface, colour, *ends, width * OVERSAMPLING)
 
-    def _disc(self, centre: Any, radius: float, colour: Any) -> None:
-        pygame.draw.circle(self._surface, colour, self._camera.pixel(centre), radius * self._camera.scale)
+    def _disc(self, centre: Any, radius: float, colour: Any, surface: Any = None) -> None:
+        pygame.draw.circle(surface or self._surface, colour, self._camera.pixel(centre), radius * self._camera.scale)
 
-    def _polygon(self, corners: Any, colour: Any) -> None:
-        pygame.draw.polygon(self._surface, colour, [self._camera.pixel(corner) for corner in corners])
+    def _polygon(self, corners: Any, colour: Any, surface: Any = None) -> None:
+        pygame.draw.polygon(surface or self._surface, colour, [self._camera.pixel(corner) for corner in corners])
+
+
+def colour_of(link: int) -> Any:
+    """Of a link."""
+    return HEAD if link == 0 else BODY[link % 2]

@@ -9,21 +9,10 @@ from numpy.typing import NDArray
 
 from snake_env._extras import extras
 from snake_env.config import Scene
-from snake_env.obstacles import solids
+from snake_env.obstacles import circles, heights, solids
+from snake_env.palette import FORCE, GRID, MARK, MARK_WIDTH
 from snake_env.picture import Picture
-from snake_env.rendering import (
-    BODY,
-    FORCE,
-    GRID,
-    HEAD,
-    OUTLINE,
-    OVERSAMPLING,
-    PIPE,
-    Point,
-    TopView,
-    Trail,
-    shade,
-)
+from snake_env.rendering import EDGE, LOW, OVERSAMPLING, PIPE, Point, TopView, Trail, colour_of, dim, shade
 from snake_env.state import State
 from snake_env.surfaces import bodies, fields, ground_height, section
 
@@ -36,6 +25,8 @@ GROUND_LEVEL = 22
 """Height of the ground line in the strip [pixels]."""
 HIGHEST_LIFT = 0.5
 """Height of a robot above the ground from which on the strip follows it, as on a pole [m]."""
+BESIDE = 0.3
+"""Pegs are shown up to so far from the line of the body [m]."""
 SAMPLES = 400
 """Points of the profile of uneven ground across the strip."""
 Section = tuple[float, float, float]
@@ -67,15 +58,6 @@ class TwoViews(TopView):
         picture.blit(pygame.transform.smoothscale(self._strip, (width, STRIP_HEIGHT)), (0, height))
         return picture
 
-    def _draw_links(self, state: State) -> None:
-        """Each link as a stadium, foreshortened where it points up or down; higher links over lower ones."""
-        half_axes = state.link_half_length[:, np.newaxis] * state.link_axis[:, :2]
-        outline = 2 * OVERSAMPLING / self._camera.scale
-        for i in np.argsort(state.link_middle[:, 2], kind="stable"):
-            place, radius = state.link_middle[i, :2], state.link_radius[i]
-            self._stadium(place, half_axes[i], radius, OUTLINE)
-            self._stadium(place, half_axes[i], radius - outline, _colour(i))
-
     def _draw_strip(self, state: State, scene: Scene) -> None:
         self._strip.fill(STRIP)
         axes = state.link_axis
@@ -93,12 +75,20 @@ class TwoViews(TopView):
         found = sections(state, scene, ahead) if shown else []
         self._scale = self._fitting_scale(state, found)
         self._draw_ground()
+        self._draw_pegs(shown, state, ahead)
         self._draw_sections(found)
         self._draw_bodies_cut(shown, state, ahead)
         for i in np.argsort(-depth, kind="stable"):
             centre = np.array([along[i], places[i, 2]])
             axis = np.array([axes[i, :2] @ ahead, axes[i, 2]])
-            self._capsule(centre, axis, (state.link_half_length[i], state.link_radius[i]), _colour(i))
+            shape = float(state.link_half_length[i]), float(state.link_radius[i])
+            self._capsule(centre, axis, shape, colour_of(i))
+            back = state.link_back[i]
+            if -back[:2] @ across > 0.1:  # one looks along `across`
+                place = centre + shape[1] * np.array([back[:2] @ ahead, back[2]])
+                start, end = (self._on_strip(place + side * 0.7 * shape[0] * axis) for side in (-1.0, 1.0))
+                width = MARK_WIDTH * shape[1] * float(-back[:2] @ across) * self._scale
+                pygame.draw.line(self._strip, MARK, start, end, max(1, round(width)))
             self._load(centre, np.asarray(state.normal_force)[i])
 
     def _fitting_scale(self, state: State, sections: list[Section]) -> float:
@@ -113,7 +103,7 @@ class TwoViews(TopView):
     def _draw_ground(self) -> None:
         width, height = self._strip.get_size()
         surface = [self._on_strip(point) for point in self._profile]
-        pygame.draw.polygon(self._strip, GRID, [(0, height), *surface, (width, height)])
+        pygame.draw.polygon(self._strip, GRID[1], [(0, height), *surface, (width, height)])
 
     def _draw_bodies_cut(self, obstacles: Any, state: State, ahead: NDArray[np.float64]) -> None:
         """Polyhedra and poles where the plane cuts them, of pipes the wall."""
@@ -125,6 +115,17 @@ class TwoViews(TopView):
                 corners = [self._on_strip(corner) for corner in line]
                 pygame.draw.polygon(self._strip, colour, corners, OVERSAMPLING if is_pipe else 0)
 
+    def _draw_pegs(self, obstacles: Any, state: State, ahead: NDArray[np.float64]) -> None:
+        """Pegs without end beside the robot, behind it."""
+        round_ones, _ = heights(obstacles)
+        for height, (radius, x, y) in zip(round_ones, circles(obstacles), strict=True):
+            along, across = np.array([[ahead[0], ahead[1]], [-ahead[1], ahead[0]]]) @ (
+                np.array([x, y]) - state.position
+            )
+            if height is None and abs(across) < BESIDE:
+                (left, foot), (right, _) = (self._on_strip((along + side * radius, 0.0)) for side in (-1.0, 1.0))
+                pygame.draw.rect(self._strip, LOW, (left, 0.0, right - left, foot))
+
     def _draw_sections(self, sections: list[Section]) -> None:
         """Higher ones behind."""
         for height, start, end in sorted(sections, reverse=True):
@@ -134,8 +135,7 @@ class TwoViews(TopView):
     def _capsule(self, centre: NDArray[np.float64], axis: NDArray[np.float64], shape: Any, colour: Any) -> None:
         """Two discs and what lies between them."""
         half_length, radius = shape
-        for margin, fill in ((0.0, OUTLINE), (2 * OVERSAMPLING / self._scale, colour)):
-            r = radius - margin
+        for r, fill in ((radius, dim(colour, EDGE)), (0.86 * radius, colour)):
             ends = centre + half_length * axis, centre - half_length * axis
             length = np.hypot(*axis)
             if length > 0.0:
@@ -189,10 +189,6 @@ def _crossing(start: NDArray[np.float64], end: NDArray[np.float64]) -> float | N
     if (start[1] > 0.0) == (end[1] > 0.0):
         return None
     return float(start[0] - start[1] * (end[0] - start[0]) / (end[1] - start[1]))
-
-
-def _colour(link: int) -> Any:
-    return HEAD if link == 0 else BODY[link % 2]
 
 
 def _body_direction(axis: NDArray[np.float64]) -> NDArray[np.float64]:

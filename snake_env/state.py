@@ -119,6 +119,13 @@ class State:
         """Middles of the links, about which their outlines lie, (n, L, 2) [m]; (n, L, 3) in 3D."""
         return self.link_position + self.link_cg_offset[:, np.newaxis] * self.link_axis
 
+    @property
+    def link_back(self) -> Array:
+        """Unit vectors from the centre lines of the links to their backs, (n, L, 3): up where a robot lies flat."""
+        if self.link_quaternion is None:
+            return np.broadcast_to([0.0, 0.0, 1.0], (*np.asarray(self.link_angle).shape, 3))
+        return back(self.link_quaternion)
+
     def __repr__(self) -> str:
         return f"State({', '.join(f'{name}{value.shape}' for name, value in self.arrays().items())})"
 
@@ -127,6 +134,12 @@ def centre_line(quaternion: Array) -> Array:
     """Unit vectors (..., 3) along the centre lines of links with orientations (..., 4), w first."""
     w, x, y, z = np.moveaxis(quaternion, -1, 0)
     return np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1)
+
+
+def back(quaternion: Array) -> Array:
+    """Unit vectors (..., 3) from the centre lines to the backs of links in 3D, the axis of yaw."""
+    w, x, y, z = np.moveaxis(quaternion, -1, 0)
+    return np.stack([2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + w * x)], axis=-1)
 
 
 CONSTANT = ("link_half_length", "link_radius", "link_cg_offset")

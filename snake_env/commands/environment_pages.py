@@ -39,7 +39,7 @@ FILMS = {
     "SnakeTerrain-v1": Film("action zero", 0, {"terrain": "ramps", "difficulty": 1.0}),
     "SnakePipe-v1": Film("action zero", 0, {}),
     "SnakeClimb-v1": Film("action zero", 0, {}),
-    "SnakeSpatial-v1": Film("action zero", 0, {}),
+    "SnakeSpatial-v1": Film("spatial", 0, {}),
 }
 """By id; ``make pictures`` draws them."""
 

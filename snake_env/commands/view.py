@@ -5,20 +5,20 @@
     snake-env view --policy model.zip
 
 The page has the scene in 3D with forces as arrows, and controls: task, policy or scripted controller, gait, friction,
-obstacles to drag, speed, plots. The scene is the first test scene of the task.
+obstacles to drag, speed, plots. Episodes are on one test scene of the task after another. Without --policy a shipped
+policy that fits the task acts.
 """
 
 from __future__ import annotations
 
 from snake_env.commands.arguments import add_policy, add_task, parser
-from snake_env.policies.loading import GAIT
 
 
 def main(arguments: list[str]) -> int:
     """Serves the page until the process is interrupted."""
     cli = parser("view", __doc__)
     add_task(cli)
-    add_policy(cli, default=GAIT)
+    add_policy(cli)
     cli.add_argument("--host", default="127.0.0.1", help="interface that serves the page (default: this machine only)")
     cli.add_argument("--port", type=int, default=8080, help="of the page (default 8080, or the next free one)")
     args = cli.parse_args(arguments)

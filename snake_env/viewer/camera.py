@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
 
 from snake_env.viewer.controls import checkbox, place
 from snake_env.viewer.frames import Frames
+
+SETTLES = 2.0
+"""How long a page that has just opened may still report the view that it had before its first one [s]."""
 
 
 def look_at(made: Any, frames: Frames) -> None:
@@ -30,6 +34,7 @@ class Follower:
 
     def __init__(self, made: Any, initial: bool) -> None:
         self._server = made
+        self._opened: dict[int, float] = {}
         self.following = checkbox(made.gui, "follow the robot", initial)
 
     def show(self, frames: Frames, k: int) -> None:
@@ -41,10 +46,11 @@ class Follower:
         """
         if not self.following.value:
             return
-        middle = frames.position[k].mean(axis=0)
-        for client in self._server.get_clients().values():
+        middle, now, first = frames.position[k].mean(axis=0), time.monotonic(), self._server.initial_camera
+        for number, client in self._server.get_clients().items():
             camera = client.camera
-            position, looked_at = place(camera.position), place(camera.look_at)
+            settles = now - self._opened.setdefault(number, now) < SETTLES
+            position, looked_at = (place(value) for value in _view(first if settles else camera))
             if position is None or looked_at is None:
                 continue
             # What a page reports may be late, but its distance from where it looks is not changed by following.
@@ -52,3 +58,8 @@ class Follower:
             with client.atomic():
                 camera.position = middle + offset
                 camera.look_at = middle
+
+
+def _view(camera: Any) -> tuple[Any, Any]:
+    """From where a camera looks, and where to."""
+    return camera.position, camera.look_at

@@ -10,6 +10,22 @@ from numpy.typing import NDArray
 
 from snake_env._extras import extras
 from snake_env.obstacles import circles, heights, outlines
+from snake_env.palette import (
+    BODY,
+    EARTH,
+    FORCE,
+    FORCE_SCALE,
+    GOAL,
+    HEAD,
+    LONGEST_ARROW,
+    MARK,
+    MARK_WIDTH,
+    PEG,
+    PEG_HEIGHT,
+    SUN,
+    TRAIL,
+    Colour,
+)
 from snake_env.surfaces import bodies, fields, ground_height, mesh
 from snake_env.viewer.frames import Frames
 
@@ -17,24 +33,15 @@ with extras():
     import trimesh
 
 Array = NDArray[np.float64]
-Colour = tuple[int, int, int]
 
-BODY: Colour = (0, 158, 115)
-HEAD: Colour = (230, 159, 0)
-OBSTACLE: Colour = (140, 146, 154)
-EARTH: Colour = (196, 186, 164)
-FORCE: Colour = (213, 94, 0)
-TRAIL: Colour = (0, 114, 178)
-GOAL: Colour = (204, 121, 167)
-"""The palette of Okabe and Ito, which colour-blind people can tell apart."""
-HEIGHT = 0.15
-"""Of obstacles that have none: those of the plane, and those without end [m]."""
-FORCE_SCALE = 0.012
-"""Length of a force arrow [m/N]."""
 FORCE_SHOWN = 0.1
 """Forces below this have no arrow [N]."""
 NO_ARROW = np.array([[[0.0, 0.0, -1e4], [0.0, 0.0, -1e4 - 0.01]]])
 """Out of sight: a set of arrows cannot be empty."""
+SKY, DAYLIGHT = 1.6, 1.8
+"""Intensities of the light, as in the playground."""
+SHADE: Colour = (138, 143, 134)
+"""Light from below."""
 PIPE_OPACITY = 0.3
 """Of a pipe, in which robots are to be seen."""
 RISE = 0.004
@@ -53,6 +60,9 @@ class Drawing:
     def __init__(self, scene: Any, frames: Frames, trail: bool = True) -> None:
         self._scene = scene
         self._shapes: list[tuple[NDArray[np.int64], Any]] = []
+        self.solids: list[Any] = []
+        """Handles of obstacles and links, which can be clicked."""
+        self._light()
         self._ground(frames)
         self._obstacles(frames)
         self._goal(frames)
@@ -62,6 +72,12 @@ class Drawing:
         )
         if trail and len(frames) > 1:
             self.trail(frames)
+
+    def _light(self) -> None:
+        self._scene.add_light_hemisphere("/sky", ground_color=SHADE, intensity=SKY)
+        self._scene.add_light_directional(
+            "/sun", intensity=DAYLIGHT, cast_shadow=True, position=tuple(5.0 * np.array(SUN))
+        )
 
     def _ground(self, frames: Frames) -> None:
         """A grid around everything; an inclined plane is drawn level, as the model's coordinates are."""
@@ -76,22 +92,24 @@ class Drawing:
         round_ones, others = heights(frames.scene.obstacles)
         if found:
             radius, x, y = np.array(found).T
-            height = np.array([HEIGHT if one is None else one for one in round_ones])
+            height = np.array([PEG_HEIGHT if one is None else one for one in round_ones])
             unit = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=32)
-            self._scene.add_batched_meshes_simple(
+            pegs = self._scene.add_batched_meshes_simple(
                 "/pegs",
                 unit.vertices,
                 unit.faces,
                 batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(found), 1)),
                 batched_positions=np.stack([x, y, 0.5 * height], axis=1),
                 batched_scales=np.stack([radius, radius, height], axis=1),
-                batched_colors=OBSTACLE,
+                batched_colors=PEG,
             )
+            self.solids.append(pegs)
         for k, (corners, one) in enumerate(zip(outlines(frames.scene.obstacles), others, strict=True)):
-            wall = _prism(corners, HEIGHT if one is None else one)
-            self._scene.add_mesh_simple(f"/walls/{k}", wall.vertices, wall.faces, color=OBSTACLE, side="double")
+            wall = _prism(corners, PEG_HEIGHT if one is None else one)
+            made = self._scene.add_mesh_simple(f"/walls/{k}", wall.vertices, wall.faces, color=PEG, side="double")
+            self.solids.append(made)
         self._surfaces("/fields", fields(frames.scene.obstacles), EARTH)
-        self._surfaces("/bodies", bodies(frames.scene.obstacles), OBSTACLE)
+        self._surfaces("/bodies", bodies(frames.scene.obstacles), PEG)
 
     def _surfaces(self, name: str, obstacles: Sequence[Any], colour: Colour) -> None:
         for k, one in enumerate(obstacles):
@@ -111,24 +129,31 @@ class Drawing:
         self._ground_line("/goal", line, frames, GOAL)
 
     def _links(self, frames: Frames) -> None:
-        """One batch of capsules per shape, so that 200 links are as cheap as ten."""
+        """One batch of capsules per shape, so that 200 links are as cheap as ten, and one of the marks on them."""
         shapes = np.stack([frames.half_length, frames.radius], axis=1)
         for k, (half, radius) in enumerate(np.unique(shapes, axis=0)):
             rows = np.flatnonzero((shapes == (half, radius)).all(axis=1))
-            colours = np.tile(np.array(BODY, np.uint8), (len(rows), 1))
+            colours = np.array(BODY, np.uint8)[rows % 2]
             colours[rows == 0] = HEAD
             capsule = trimesh.creation.capsule(height=2.0 * half, radius=radius, count=(16, 16))
             capsule.apply_translation(-capsule.bounds.mean(axis=0))
-            handle = self._scene.add_batched_meshes_simple(
-                f"/links/{k}",
-                capsule.vertices,
-                capsule.faces,
-                batched_wxyzs=frames.quaternion[0, rows],
-                batched_positions=frames.position[0, rows],
-                batched_colors=colours,
-                lod="off",
-            )
-            self._shapes.append((rows, handle))
+            back = np.array(frames.back)
+            across = np.array([abs(back[1]), abs(back[0]), 0.0])
+            size = radius * (MARK_WIDTH * across + 0.1 * np.abs(back)) + [0.0, 0.0, 1.4 * half]
+            mark = trimesh.creation.box(extents=size)
+            mark.apply_translation(0.97 * radius * back)
+            for name, shape, colour in (("links", capsule, colours), ("marks", mark, MARK)):
+                handle = self._scene.add_batched_meshes_simple(
+                    f"/{name}/{k}",
+                    shape.vertices,
+                    shape.faces,
+                    batched_wxyzs=frames.quaternion[0, rows],
+                    batched_positions=frames.position[0, rows],
+                    batched_colors=colour,
+                    lod="off",
+                )
+                self._shapes.append((rows, handle))
+            self.solids.append(self._shapes[-2][1])
 
     def trail(self, frames: Frames) -> None:
         """Draws the path of the CG on the ground."""
@@ -152,12 +177,16 @@ class Drawing:
 
 
 def arrows(position: Array, force: Array) -> Array:
-    """Starts and ends (k, 2, 3) of the arrows of the forces (L, 3) [N] on links at (L, 3); they end at the links."""
+    """Starts and ends (k, 2, 3) of the arrows of the forces (L, 3) [N] on links at (L, 3); they end at the links.
+
+    Those of large forces are cut to ``LONGEST_ARROW``.
+    """
     shown = np.linalg.norm(force, axis=1) > FORCE_SHOWN
     if not shown.any():
         return NO_ARROW
     above = position[shown] + np.array([0.0, 0.0, 0.06])
-    return np.stack([above - FORCE_SCALE * force[shown], above], axis=1)
+    length = FORCE_SCALE * np.linalg.norm(force[shown], axis=1, keepdims=True)
+    return np.stack([above - np.minimum(1.0, LONGEST_ARROW / length) * FORCE_SCALE * force[shown], above], axis=1)
 
 
 def _prism(corners: Sequence[Any] | Array, height: float) -> trimesh.Trimesh:

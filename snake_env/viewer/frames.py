@@ -32,6 +32,7 @@ class Frames:
         scene: obstacles and ground.
         goal: x, y of its centre [m]; None without a goal.
         goal_radius: of the goal disc [m].
+        back: (3,) unit vector from the centre line of a link to its back, in its frame.
     """
 
     time: Array
@@ -45,6 +46,7 @@ class Frames:
     scene: Scene = field(default_factory=Scene)
     goal: Array | None = None
     goal_radius: float = 0.0
+    back: tuple[float, float, float] = (0.0, 1.0, 0.0)
 
     @classmethod
     def of_trajectory(cls, trajectory: Trajectory) -> Frames:
@@ -62,6 +64,7 @@ class Frames:
             per_link(robot.contact_half_length, robot.links),
             radius,
             trajectory.scene,
+            back=BACK[trajectory.quaternion is not None],
         )
 
     @classmethod
@@ -86,6 +89,7 @@ class Frames:
             scene,
             np.asarray(first.goal, float),
             float(first.goal_radius),
+            BACK[three],
         )
 
     def every(self, step: int) -> Frames:
@@ -97,6 +101,8 @@ class Frames:
         return len(self.time)
 
 
+BACK = {False: (-1.0, 0.0, 0.0), True: (0.0, 1.0, 0.0)}
+"""In the frames of links in the plane and in 3D, where it is the axis of yaw."""
 SHOWN = ("time", "link_position", "contact_force", "joint_angle", "joint_torque")
 
 

@@ -16,9 +16,11 @@ from snake_env.errors import ConfigError
 from snake_env.evaluation import seeds, tasks
 from snake_env.evaluation.tasks import BenchmarkTask, acting_in
 from snake_env.obstacles import HeightField
+from snake_env.palette import PEG_HEIGHT
 from snake_env.policies.gaits import DEGREE, GaitParameters, GaitPolicy
 from snake_env.policies.loading import GAIT, SCRIPTED
 from snake_env.policies.shipped import NAMES
+from snake_env.registration import TASKS
 from snake_env.state import State
 from snake_env.viewer.camera import Follower, look_at
 from snake_env.viewer.controls import Control, Slider, checkbox, choice, count, place
@@ -28,6 +30,8 @@ from snake_env.viewer.player import SPEEDS, close, server
 from snake_env.viewer.plots import Plots
 from snake_env.viewer.pull import Pull
 
+TASK = "field-medium"
+"""Without any other choice."""
 MEMORY = 200
 """Control instants in the plots."""
 KEYS = {
@@ -39,8 +43,10 @@ KEYS = {
 """Keys of the page: the slider of the gait that each moves, and by how much."""
 PAUSE = 1.0
 """How long an episode that has ended is shown before the next one begins [s]."""
-PLOTTED = 10
-"""Control instants between two changes of the plots, which cost more than the robot."""
+TOLD, PLOTTED = 4, 10
+"""Control instants between two changes of the status line, and of the plots, which cost more than the robot."""
+CLICKED = 0.15
+"""Largest distance from a click to the middle of a link [m]."""
 
 
 class Live:
@@ -62,6 +68,7 @@ class Live:
         self._shown: dict[Control, Any] = {}
         """Task, policy, scene and friction of the running episode."""
         self._puts_back = self._ended = False
+        self._episodes = self._reached = 0
         self._waits_until = 0.0
         self._outcome = self._refusal = ""
         self._lock = threading.RLock()
@@ -105,9 +112,11 @@ class Live:
 
     def _controls(self, task: BenchmarkTask, policy: Any) -> None:
         gui = self.server.gui
+        self.status = gui.add_markdown("")
         self.playing = checkbox(gui, "playing", True)
         self.speed = Slider(gui, "speed", *SPEEDS)
         self.camera = Follower(self.server, initial=True)
+        self.goes_on = checkbox(gui, "next scene after an episode", True)
         self.task = choice(gui, "task", tuple(self._tasks), task.name)
         own = policy if isinstance(policy, str) else policy.name
         self._actors = {name: name for name in (GAIT, *SCRIPTED, *NAMES)} | {own: policy}
@@ -122,9 +131,9 @@ class Live:
             self.beta = Slider(gui, "phase shift [deg]", -65.0, -15.0, 1.0, -50.0)
             self.gamma = Slider(gui, "offset [deg]", -25.0, 25.0, 0.5, 0.0)
         with gui.add_folder("obstacle"):
-            self.obstacle = count(gui, "number", hint="0: none; drag it in the scene")
+            self.obstacle = count(gui, "number", hint="0: none; click one in the scene, then drag its handle")
         with gui.add_folder("push"):
-            self.link = count(gui, "link", hint="0: none; drag the handle at the link, and a spring pulls it")
+            self.link = count(gui, "link", hint="0: none; click one, drag its handle, and a spring pulls it")
         self.note = gui.add_markdown("")
         self._plots = Plots(gui)
         self._handle: Any = None
@@ -173,6 +182,14 @@ class Live:
                 self._begin()
             self._tell(refusal=f"**{error}**")
 
+    def _goes_on(self) -> None:
+        """The next episode: in the next test scene, or in the same one with what has been changed by hand."""
+        if self.goes_on.value and not self._changed:
+            self._puts_back = True  # what the number of the scene would begin, begins below
+            self.scene.value = (self.scene.value + 1) % len(seeds.HELD_OUT)
+            self._puts_back = False
+        self._begin_with(self._changed)
+
     def _chosen(self) -> dict[Control, Any]:
         return {control: control.value for control in self._choices}
 
@@ -194,12 +211,15 @@ class Live:
         options |= actor.env_options
         env: Any = gym.make_vec(chosen.env_id, 1, num_threads=1, autoreset_mode="Disabled", **options)
         given = {"options": self._changed} if self._changed else {}
+        self._info: dict[str, Any] = {}
         self._observation, _ = env.reset(seed=[seeds.HELD_OUT[shown[self.scene]]], **given)
         actor.begin(env.unwrapped.layout, 1)
         if self._env is not None:
             self._env.close()
         self._env, self._actor = env, actor
         is_new = any(self._shown.get(one) != shown[one] for one in (self.task, self.policy))
+        if any(self._shown.get(one) != shown[one] for one in self._choices if one is not self.scene):
+            self._episodes = self._reached = 0
         self._shown, self._ended = shown, False
         if is_new and self._driven() is not None:
             self._default = GaitParameters.default(env.unwrapped.layout["action"])
@@ -211,9 +231,39 @@ class Live:
         self.server.scene.reset()
         self._handle = self._pull = None
         self._drawing = Drawing(self.server.scene, self._frames(), trail=False)
+        for solid in self._drawing.solids:
+            solid.on_click(self._clicked)
         self._grip()
         self._take_hold()
         self._tell(self._refusal)
+        self._tell_status()
+
+    def _clicked(self, event: Any) -> None:
+        """Puts a handle on the obstacle or link that was clicked: the one nearest to where the ray meets its height."""
+        origin, along = place(event.ray_origin), place(event.ray_direction)
+        if origin is None or along is None or abs(along[2]) < 1e-6:
+            return
+        with self._lock:
+            middles = self._frames().position[-1]
+            links = np.linalg.norm(np.cross(middles - origin, along / np.linalg.norm(along)), axis=1)
+            if links.min() < CLICKED and str(event.target.name).startswith("/links"):
+                self.link.value = int(links.argmin()) + 1
+                return
+            obstacles = self._env.unwrapped.scene(0).obstacles
+            hit = (origin - along * (origin[2] - 0.5 * PEG_HEIGHT) / along[2])[:2]
+            if obstacles:
+                far = [float(np.linalg.norm(_place(one) - hit)) for one in obstacles]
+                self.obstacle.value = int(np.argmin(far)) + 1
+
+    def _tell_status(self) -> None:
+        """Time, distance, speed, residual, and how many episodes with these choices have reached the goal."""
+        time_, distance = float(self.state.time), float(self.state.distance)
+        speed = distance / time_ if time_ > 0.0 else 0.0
+        parts = [f"**{time_:.1f} s**", f"{distance:.2f} m", f"{speed:.2f} m/s"]
+        if self._info:
+            parts.append(f"residual {float(self._info['residual'][0]):.0e} m/s")
+        parts.append(f"goals {self._reached} of {self._episodes}")
+        self.status.content = " · ".join(parts) + "  \narrows: 10 cm for 10 N"
 
     def _driven(self) -> GaitPolicy | None:
         """The gait of the sliders, where it is what acts."""
@@ -305,9 +355,11 @@ class Live:
         with self._lock:
             if self._ended:
                 if time.perf_counter() >= self._waits_until:
-                    self._begin_with(self._changed)
+                    self._goes_on()
                 return 0.05
             self._step()
+            if steps % TOLD == 0 or self._ended:
+                self._tell_status()
             if steps % PLOTTED == 0 or self._ended:
                 self._show_past()
             return float(self._env.unwrapped.control_period)
@@ -322,6 +374,7 @@ class Live:
                 if not self._ended:
                     self._step()
             self._show_past()
+            self._tell_status()
             look_at(self.server, Frames.of_states([self.state], self._env.unwrapped.scene(0)))
 
     def _show_past(self) -> None:
@@ -344,14 +397,25 @@ class Live:
         self.camera.show(last, 0)
         self._ended = bool(terminated[0] or truncated[0])
         if self._ended:
+            self._episodes += 1
+            self._reached += int(self._info["is_success"][0])
             reached = "goal reached" if self._info["is_success"][0] else "episode over"
             self._outcome = f"**{reached}** after {float(self.state.time):.2f} s"
             self._waits_until = time.perf_counter() + PAUSE
             self._tell(self._refusal)
 
 
+def fitting(task: BenchmarkTask) -> str:
+    """A shipped policy that moves in a task, else the gait of action zero."""
+    options = TASKS[task.env_id] | dict(task.options)
+    spatial = {"free": "spatial", "field": "spatial-field"}
+    if options.get("model") == "spatial":
+        return spatial.get(options["task"], GAIT) if task.env_id == "SnakeSpatial-v1" else GAIT
+    return "general" if options["task"] not in ("free", "command") else GAIT
+
+
 def view(
-    policy: Any = GAIT,
+    policy: Any = None,
     env: Any = None,
     *,
     host: str = "127.0.0.1",
@@ -363,7 +427,8 @@ def view(
     """Runs a policy in the browser, where people can steer the robot and move obstacles; needs the extra ``view``.
 
     Args:
-        policy: a name, file or object, as :func:`snake_env.load_policy` takes them.
+        policy: a name, file or object, as :func:`snake_env.load_policy` takes them; None: a shipped policy that fits
+            the task, else the gait of action zero.
         env: name of a task, id, or an environment made with this package; None: where the policy was trained.
         host: interface that serves the page; by default only this machine sees it.
         port: of the page; the next free one if it is taken.
@@ -377,6 +442,9 @@ def view(
     Raises:
         ConfigError: the policy or the environment is not admissible.
     """
+    if policy is None:
+        policy = fitting(acting_in(GAIT, TASK if env is None else env, options=options)[1])
+        env = TASK if env is None else env
     actor, task = acting_in(policy, env, options=options, normalize=normalize, trust=trust)
     is_listed = isinstance(policy, str) and policy in (GAIT, *SCRIPTED, *NAMES)
     page = Live(task, policy if is_listed else actor, host, port)

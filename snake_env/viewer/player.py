@@ -39,6 +39,8 @@ def server(host: str = "127.0.0.1", port: int = 8080) -> Any:
         close(made)
         raise RuntimeError("this version of viser answers everybody: install viser 1.1")
     made.scene.set_up_direction("+z")
+    made.scene.configure_default_lights(enabled=False)  # a drawing brings its own
+    made.scene.configure_environment_map(None)
     made.gui.configure_theme(show_share_button=False)
     made.gui.main_panel.dock_right()
     return made

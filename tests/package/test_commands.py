@@ -116,7 +116,7 @@ def test_card_of_a_policy(capsys):
         (["evaluate", "--policy", "1,2,x"], "policy = 1,2,x: expected one of gait"),
         (["evaluate", "--policy", "30,9999,-50"], "gait = A 30"),
         (["evaluate", "--task", "maze", "--policy", "field-hard", "--options", '{"nearest_pegs": 3}'], "nearest_pegs"),
-        (["evaluate", "--task", "maze", "--policy", "follow the leader"], "one tuned for maze: best gait"),
+        (["evaluate", "--task", "maze", "--policy", "follow the leader"], "one tuned for maze: best-gait"),
         (["play", "--env", "CartPole-v1"], "env_id = CartPole-v1"),
         (["bench", "--env", "SnakeNix-v1"], "SnakeNix"),
     ],

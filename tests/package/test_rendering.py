@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import warnings
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -14,11 +16,14 @@ pytest.importorskip("pygame")
 import pygame
 
 import snake_env
-from snake_env import ConfigError, Picture, Scene, SnakeEnv, SnakeVectorEnv, Start
+from snake_env import ConfigError, Picture, Scene, SnakeEnv, SnakeVectorEnv, Start, palette
 from snake_env.obstacles import Box
-from snake_env.rendering import BODY, CAPTION, FORCE, GOAL, GRID, GROUND, HEAD, PEG, TopView, Window, caption, shade
+from snake_env.palette import BODY, FORCE, GOAL, GRID, GROUND, HEAD, LONGEST_ARROW, MARK, PEG
+from snake_env.rendering import CAPTION, LOW, TopView, Window, caption, shade
 
 SIZE = Picture().size
+SHOWN_SIDE = -1.0
+"""Sign of the roll with which the back of a robot is seen in the strip."""
 
 
 def colours(image):
@@ -48,6 +53,64 @@ def test_a_robot_in_space_is_seen_from_above_and_from_the_side():
     assert {HEAD, *BODY, FORCE} <= colours(side)
     # Sidewinding lifts: the links reach higher than those of the robot that rests.
     assert top_row(side) < top_row(flat[SIZE[1] :]) - 5
+
+
+@pytest.mark.parametrize(("roll", "is_seen"), [(0.0, True), (np.pi, False)])
+def test_the_mark_on_the_back_shows_how_a_robot_rolls(roll, is_seen):
+    start = Start(posture="straight", roll=roll)
+    env = gym.make("SnakeSpatial-v1", render_mode="rgb_array", start=start)
+    env.reset(seed=0)
+    assert (MARK in colours(env.render()[: SIZE[1]])) == is_seen
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_robot_on_its_side_shows_its_mark_to_one_side(side):
+    start = Start(posture="straight", roll=side * np.pi / 2)
+    env = gym.make("SnakeSpatial-v1", render_mode="rgb_array", start=start)
+    env.reset(seed=0)
+    assert (MARK in colours(env.render()[SIZE[1] :])) == (side == SHOWN_SIDE)
+
+
+def test_pegs_beside_a_robot_in_space_are_seen_from_the_side():
+    scene = Scene(obstacles=[(0.05, 0.4, 0.2), (0.05, -0.4, 2.0)])
+    start = Start(position=(0.0, 0.0), heading=np.pi, posture="straight")
+    env = gym.make("SnakeSpatial-v1", render_mode="rgb_array", task="field", scene=scene, start=start)
+    env.reset(seed=0)
+    columns = np.flatnonzero((env.render()[SIZE[1]] == LOW).all(axis=1))
+    assert len(columns) == pytest.approx(0.1 * 800 / 2.8, abs=3), "one of them"
+
+
+def test_arrows_of_large_forces_end_within_their_limit():
+    env = gym.make("SnakeCourse-v1", render_mode="rgb_array", picture={"layers": ("forces",), "force_scale": 1.0})
+    env.reset(seed=0)
+    for _ in range(40):
+        env.step(np.zeros(4))
+    state = env.unwrapped.state()
+    rows, columns = np.nonzero((env.render() == FORCE).all(axis=2))
+    pixels = np.hypot(columns - SIZE[0] / 2, rows - SIZE[1] / 2).max()
+    body = np.linalg.norm(state.link_position - state.position, axis=1).max()
+    assert np.linalg.norm(state.contact_force, axis=1).max() > 2.0
+    assert pixels * 2.8 / 800 < body + LONGEST_ARROW + 0.02
+
+
+@pytest.mark.parametrize("scale", [0.01, 0.001])
+def test_the_caption_has_the_scale_of_the_forces(scale):
+    env = gym.make("SnakeCourse-v1", render_mode="rgb_array", picture={"force_scale": scale})
+    env.reset(seed=0)
+    strip = env.render()[:36]
+    length = np.ptp(np.nonzero((strip == FORCE).all(axis=2).any(axis=0))[0])
+    newtons = {0.01: 20, 0.001: 200}[scale]
+    assert length == pytest.approx(newtons * scale * 800 / 2.8, abs=2)
+
+
+def test_the_playground_has_the_same_look():
+    page = (Path(__file__).parents[2] / "rust/playground/web/view.js").read_text(encoding="utf-8")
+    for name in ("BODY", "HEAD", "PEG", "FORCE", "TRAIL", "GOAL"):
+        colour = getattr(palette, name)
+        value = int(re.search(rf"\b{name} = 0x(\w+)", page)[1], 16)
+        assert value.to_bytes(3, "big") == bytes(colour[0] if name == "BODY" else colour), name
+    for name in ("PEG_HEIGHT",):
+        assert float(re.search(rf"\b{name} = ([\d.]+)", page)[1]) == getattr(palette, name), name
 
 
 @pytest.mark.parametrize("height", [0.2, 0.6, 1.5])
@@ -222,7 +285,7 @@ def test_a_picture_has_the_size_and_the_layers_that_are_asked_for():
     image = drawn({"size": [320, 200], "layers": ["links"]})
     assert image.shape == (200, 320, 3)
     assert HEAD in colours(image)
-    assert not {GRID, CAPTION, GOAL} & colours(image)
+    assert not {*GRID, CAPTION, GOAL} & colours(image)
 
 
 def test_zoom_enlarges():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,9 +17,10 @@ from snake_env.evaluation.tasks import BenchmarkTask
 
 pytest.importorskip("viser")
 
-from snake_env.viewer.drawing import FORCE_SCALE, NO_ARROW, arrows
+from snake_env.palette import FORCE_SCALE, LONGEST_ARROW
+from snake_env.viewer.drawing import NO_ARROW, arrows
 from snake_env.viewer.frames import Frames
-from snake_env.viewer.live import Live
+from snake_env.viewer.live import Live, fitting
 from snake_env.viewer.player import Player
 from snake_env.viewer.pull import force
 
@@ -79,6 +81,20 @@ def test_frames_of_states_and_of_a_run_agree():
     envs.close()
 
 
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_the_mark_is_on_top_of_a_robot_that_lies_flat(model):
+    frames = Frames.of_trajectory(snake_env.simulate(model, gait=Gait(amplitude=0.0), duration=0.1))
+    w, *vector = np.moveaxis(frames.quaternion[0], -1, 0)
+    vector, back = np.stack(vector, axis=1), np.array(frames.back)
+    turned = back + 2.0 * np.cross(vector, np.cross(vector, back) + w[:, np.newaxis] * back)
+    np.testing.assert_allclose(turned, np.broadcast_to([0.0, 0.0, 1.0], turned.shape), atol=1e-6)
+
+
+def test_arrows_of_large_forces_are_cut():
+    points = arrows(np.zeros((1, 3)), np.array([[0.0, 1000.0, 0.0]]))
+    assert np.linalg.norm(points[0, 1] - points[0, 0]) == pytest.approx(LONGEST_ARROW)
+
+
 def test_arrows_have_the_length_of_the_forces():
     force = np.array([[3.0, 4.0, 0.0], [0.01, 0.0, 0.0], [0.0, -2.0, 0.0]])
     found = arrows(np.zeros((3, 3)), force)
@@ -106,7 +122,7 @@ def test_200_links_among_1000_pegs_are_one_batch_each():
     )
     player = long.view(port=0)
     player.stop()
-    assert len(player._drawing._shapes) == 1
+    assert len(player._drawing._shapes) == 2, "links, and the marks on them"
 
 
 def test_a_live_robot_follows_its_policy_and_its_sliders():
@@ -153,6 +169,48 @@ def test_a_pulled_link_follows_the_handle():
         assert live._pull is None
     finally:
         live.stop()
+
+
+def test_what_is_clicked_gets_a_handle():
+    live = Live(tasks.load()["course"], port=0)
+    try:
+        live.playing.value = False
+
+        def click(point, target):
+            eye = np.array([0.0, -1.0, 1.0])
+            click_ = {"ray_origin": tuple(eye), "ray_direction": tuple(np.append(point, 0.05) - eye)}
+            live._clicked(SimpleNamespace(target=SimpleNamespace(name=target), **click_))
+
+        with live._lock:  # a step may still be under way
+            pegs = live._env.unwrapped.scene(0).obstacles[:3]
+        for j, (_, x, y) in enumerate(pegs):
+            click((x, y), "/pegs")
+            assert (live.obstacle.value, live.link.value) == (j + 1, 0)
+            assert live._handle is not None
+        click(live.state.link_position[6], "/links/0")
+        assert live.link.value == 7
+        assert live._pull is not None
+        live._clicked(SimpleNamespace(ray_origin="x", ray_direction=(0.0, 0.0, 0.0), target=None))
+        assert live.link.value == 7
+    finally:
+        live.stop()
+
+
+@pytest.mark.parametrize(
+    ("task", "policy"),
+    [
+        ("field-medium", "general"),
+        ("maze", "general"),
+        ("spatial-open", "spatial"),
+        ("spatial-field", "spatial-field"),
+        ("SnakePipe-v1", "gait"),
+        ("SnakeFree-v1", "gait"),
+    ],
+)
+def test_without_a_policy_one_that_fits_the_task_acts(task, policy):
+    where = tasks.load().get(task) or BenchmarkTask(task, task)
+    assert fitting(where) == policy
+    tasks.acting_in(policy, where)
 
 
 def test_a_spring_is_limited_and_damped():
@@ -204,6 +262,25 @@ def test_the_page_shows_a_robot_that_moves(browser, tmp_path):
         assert float(live.state.time) != started
         page.screenshot(path=tmp_path / "page.png", timeout=120_000)
         assert len(set((tmp_path / "page.png").read_bytes())) > 100
+    finally:
+        live.stop()
+
+
+@NEEDS_BROWSER
+def test_a_link_is_chosen_by_a_click(browser):
+    live = Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), port=0)
+    try:
+        live.playing.value = False
+        page = browser.new_page(viewport={"width": 1000, "height": 600})
+        page.goto(live.url)
+        page.get_by_text("amplitude [deg]").wait_for(timeout=60_000)
+        page.wait_for_timeout(2000)
+        for y in range(180, 460, 20):
+            if live.link.value or live.obstacle.value:
+                break
+            page.mouse.click(340, y)
+            page.wait_for_timeout(300)
+        assert live.link.value or live.obstacle.value
     finally:
         live.stop()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import http.client
 import math
+import re
 import time
 
 import numpy as np
@@ -179,7 +180,16 @@ HOSTILE = [
 
 def test_values_that_a_control_does_not_offer_change_nothing(page):
     found = page()
-    controls = [found.playing, found.camera.following, *found._choices, found.speed, found.obstacle, found.link]
+    found.goes_on.value = False  # the number of the scene stays
+    controls = [
+        found.playing,
+        found.goes_on,
+        found.camera.following,
+        *found._choices,
+        found.speed,
+        found.obstacle,
+        found.link,
+    ]
     controls += found._sliders.values()
     before = {one: one.value for one in controls}
     for updates in HOSTILE:
@@ -259,6 +269,22 @@ def test_a_goal_that_was_reached_is_shown(page):
     assert "goal reached" in found.note.content, "also while the next episode runs"
     found.task.value = "maze"
     assert "goal reached" not in found.note.content
+
+
+def test_episodes_are_on_one_scene_after_another_and_are_counted(page):
+    found = page(NEAR)
+    goes_on(found)
+    assert found.scene.value >= 2
+    counted = re.search(r"goals (\d+) of (\d+)", found.status.content)
+    assert int(counted[1]) == int(counted[2]) >= 2
+    assert re.match(r"\*\*[\d.]+ s\*\* · -?[\d.]+ m · -?[\d.]+ m/s · ", found.status.content)
+    found.goes_on.value = False
+    found.task.value = "maze"
+    assert "goals 0 of 0" in found.status.content
+    with found._lock:
+        scene = found.scene.value
+        found._goes_on()
+        assert found.scene.value == scene
 
 
 def test_the_robot_rests_at_the_goal_before_it_starts_again(page, monkeypatch):

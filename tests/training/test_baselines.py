@@ -90,7 +90,7 @@ def test_reset_clears_the_last_episode(title):
 def test_unknown_parameters_and_controllers_are_named():
     with pytest.raises(ValueError, match="expected values for"):
         HeadingGait({"amplitude": 1.0})
-    with pytest.raises(ValueError, match="policy = none: expected one of best gait"):
+    with pytest.raises(ValueError, match="policy = none: expected one of best-gait"):
         catalogue.tuned("none", "field")
     with pytest.raises(ValueError, match="expected one tuned for nowhere"):
         catalogue.tuned("best gait", "nowhere")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -52,9 +53,14 @@ def tuned(title: str, task: str | None = None, path: Path = TUNED) -> Controller
     task = task or next(one for one in HARDEST if chosen(title, one, path))
     found = chosen(title, task, path)
     if found is None:
-        expected = f"one tuned for {task}: {', '.join(read(path).get(task, {})) or 'none is'}"
+        expected = f"one tuned for {task}: {_typed(read(path).get(task, {})) or 'none is'}"
         raise ConfigError("policy", title, expected)
     return controller(found["values"])
+
+
+def _typed(titles: Iterable[str]) -> str:
+    """Names of controllers as they are typed."""
+    return ", ".join(title.replace(" ", "-") for title in titles)
 
 
 def kind(title: str) -> type[Controller]:
@@ -64,5 +70,5 @@ def kind(title: str) -> type[Controller]:
         ConfigError: it does not exist.
     """
     if title.replace("-", " ") not in CONTROLLERS:
-        raise ConfigError("policy", title, f"one of {', '.join(CONTROLLERS)}")
+        raise ConfigError("policy", title, f"one of {_typed(CONTROLLERS)}")
     return CONTROLLERS[title.replace("-", " ")]

@@ -1,0 +1,33 @@
+"""Colours and light of films, viewer and playground, whose page repeats them: one robot, one look.
+
+Robot, forces, trail and goal have colours of Okabe and Ito, which colour-blind people can tell apart.
+"""
+
+from __future__ import annotations
+
+Colour = tuple[int, int, int]
+
+BODY: tuple[Colour, Colour] = ((0, 158, 115), (0, 136, 99))
+"""Of links in turn."""
+HEAD: Colour = (230, 159, 0)
+MARK: Colour = (240, 244, 238)
+"""Of a stripe on the back of each link, which shows how a robot rolls."""
+PEG: Colour = (140, 146, 154)
+FORCE: Colour = (213, 94, 0)
+TRAIL: Colour = (0, 114, 178)
+GOAL: Colour = (204, 121, 167)
+GROUND: Colour = (244, 245, 242)
+EARTH: Colour = (196, 186, 164)
+GRID: tuple[Colour, Colour] = ((228, 232, 226), (195, 201, 194))
+"""Of lines every 10 cm and every metre."""
+
+SUN = (-0.34, -0.42, 0.84)
+"""Direction to the light, a unit vector."""
+PEG_HEIGHT = 0.15
+"""Of obstacles that have none: those of the plane, and those without end [m]."""
+MARK_WIDTH = 0.3
+"""Of the stripe on a link, in radii."""
+FORCE_SCALE = 0.01
+"""Length of an arrow [m/N]: 10 cm for 10 N."""
+LONGEST_ARROW = 0.4
+"""Arrows of larger forces are as long as this, with two heads [m]."""
