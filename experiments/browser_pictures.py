@@ -36,11 +36,11 @@ FLAGS = [
 ]
 """Of a browser on a machine without a graphics card."""
 SIZE = {"width": 1280, "height": 720}
-FILM = {"width": 720, "height": 432}
+FILM = {"width": 560, "height": 336}
 VIEWER_STEPS = 60
 """Control periods from the start to the picture of the viewer."""
-FILM_STEPS, EVERY = 120, 2
-"""Control periods of the film, and per picture: 6 s in ten pictures per second."""
+FILM_STEPS = 90
+"""Control periods of the film, each a picture: one period of the gait in 20 pictures per second."""
 
 
 @contextmanager
@@ -115,10 +115,10 @@ def sidewinding(opened: Any, folder: Path) -> Path:
         page = opened_playground(opened, url, "model=spatial&task=free&driver=gait&paused&seed=1", FILM)
         page.add_style_tag(content="#panel, #bar, #help, #measured { display: none }")
         page.evaluate("playground.view.camera.position.lerp(playground.view.controls.target, 0.35)")
-        for _ in range(FILM_STEPS // EVERY):
-            page.evaluate(f"for (let k = 0; k < {EVERY}; k++) playground.step()")
+        for _ in range(FILM_STEPS):
+            page.evaluate("playground.step()")
             page.wait_for_timeout(50)
             shot = Image.open(io.BytesIO(page.screenshot(timeout=120_000))).convert("RGB")
             frames.append(np.asarray(shot))
         page.close()
-    return film.write_gif(frames, folder / "sidewinding.gif", milliseconds=50 * EVERY)
+    return film.write_gif(frames, folder / "sidewinding.gif", milliseconds=50)

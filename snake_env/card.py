@@ -30,7 +30,7 @@ ARGUMENTS = {
     "max_episode_steps": "control periods after which an episode is truncated, >= 1; -1: never",
     "goal_distance": "distance from the start of the CG to the goal line or the goal point [m], 0.1 to 20",
     "corridor_half_width": "half width of the corridor; with a goal point: how much farther from it than at the "
-    "start the CG may get [m], 0.1 to 5",
+    "start [m], 0.1 to 5",
     "goal_radius": 'radius of the goal of "maze" and "corridor" [m], 0.01 to 0.9 `goal_distance`',
     "turn": 'largest angle to the goal of "maze", bend of "corridor" or change of direction of "command", at '
     "difficulty 1 [rad], 0 to pi/2",
@@ -38,16 +38,15 @@ ARGUMENTS = {
     "difficulty": "irregularity of a random scene, 0 to 1",
     "field": 'generator of the random field: "mixed", "track", "lattice" or "poisson"',
     "terrain": 'kind of uneven ground: "mixed", "rough", "blocks", "stairs" or "ramps"',
-    "push_points": 'usable push-points per body length that scenes of "field" and "maze" must have, 0 to 4: they '
-    "are drawn again, up to 100 times ([concepts](concepts.md#push-points))",
-    "perturbation": 'pegs of "perturbed" that are out of place: `course` ("table-7.3", "table-7.5" or "mixed"), '
-    "numbers of pegs `removed` and `shifted`, longest `shift` at difficulty 1 [m], 0 to 0.5; always: `without` = "
-    "[j, ...], `moved` = [[j, dx, dy], ...], j from 1",
+    "push_points": '[push-points](concepts.md#push-points) per body length that scenes of "field" and "maze" '
+    "must have, 0 to 4",
+    "perturbation": 'pegs of "perturbed" out of place: `course` ("table-7.3", "table-7.5" or "mixed"), numbers '
+    "`removed` and `shifted`, longest `shift` at difficulty 1 [m], 0 to 0.5; always: `without` = [j, ...], `moved` = "
+    "[[j, dx, dy], ...], j from 1",
     "randomization": "parameters sampled per robot and episode: [below](#curriculum-and-randomisation)",
     "scene": "a `snake_env.Scene` in place of the task's pegs and ground, a list of scenes, or a "
     "function `generator(rng, difficulty)` ([ground](ground.md#in-environments))",
-    "observation_blocks": "names of the blocks of the observation; null: all of the task and the action mode "
-    "but those on request",
+    "observation_blocks": "names of the blocks of the observation; null: all but those on request",
     "privileged": "whether the observation ends with `privileged_...` blocks: what a robot cannot sense, for critics",
     "observation_noise": "amplitudes of uniform noise on blocks of the observation, by name and in their units, >= 0",
     "observation_delay": "delays of blocks of the observation, by name [s], in whole control periods, at most 100",
@@ -59,8 +58,8 @@ ARGUMENTS = {
     "stribeck": "its Stribeck friction: `drop`, the share lost in sliding, 0 to 1, and `speed`, at which half "
     "of that is lost [m/s]",
     "slope": "inclination of that ground: angle, 0 to pi/2, and direction in which it rises [rad]",
-    "controller": 'joint controller: "pd", or in the planar model "io" (input-output linearisation), or the fields of '
-    "`snake_env.PD` or `snake_env.IOLinearizing` with their `law`; torque limit 10 N m",
+    "controller": 'joint controller: "pd", in the planar model also "io" (input-output linearisation), or the fields '
+    "of `snake_env.PD` or `snake_env.IOLinearizing` with their `law`; torque limit 10 N m",
     "integrator": 'time stepping: the fields of `snake_env.Integrator` with the method "implicit"',
     "robot": "the robot: the fields of `snake_env.Robot`",
     "reward_weights": "weights of the [reward terms](#rewards)",
@@ -131,13 +130,11 @@ ceil(num_envs / 8))) and `autoreset_mode`. Further keywords of every environment
 | `"SameStep"` | reset observation; the last one in `infos["final_obs"]` | an ordinary step | SB3, CleanRL |
 | `"Disabled"` | last observation | an error, until `reset(options={"reset_mask": mask})` | manual control |
 
-* RLlib needs `"NextStep"`: `"SameStep"` silently corrupts its episodes.
-* `RecordEpisodeStatistics` of Gymnasium before 1.4 counts wrongly over `"SameStep"`.
+* `RecordEpisodeStatistics` of Gymnasium before 1.4 counts wrongly over `"SameStep"`, and RLlib loses steps.
 * `reset(seed=s)` gives robot i the random stream s + i, for any number of robots and threads. A reset without seed
   continues with the next episode of each stream.
 * Options of `reset` are `reset_mask`, a bool array, and `scene`, `start`, `goal` and `difficulty`.
-* Infos are arrays with an entry per robot; `infos["_name"]` tells which entries of `infos["name"]` are valid. Infos of
-  last steps are in `infos["final_info"]`.
+* `infos["_name"]` tells which entries of `infos["name"]` are valid. Infos of last steps are in `infos["final_info"]`.
 * `get_state(mask)` and `set_state(states, mask)` save and restore robots bit for bit. A state of another configuration
   is refused with what differs.
 

@@ -105,11 +105,11 @@ def test_the_caption_has_the_scale_of_the_forces(scale):
 
 def test_the_playground_has_the_same_look():
     page = (Path(__file__).parents[2] / "rust/playground/web/view.js").read_text(encoding="utf-8")
-    for name in ("BODY", "HEAD", "PEG", "FORCE", "TRAIL", "GOAL"):
+    for name in ("BODY", "HEAD", "MARK", "PEG", "FORCE", "TRAIL", "GOAL"):
         colour = getattr(palette, name)
         value = int(re.search(rf"\b{name} = 0x(\w+)", page)[1], 16)
         assert value.to_bytes(3, "big") == bytes(colour[0] if name == "BODY" else colour), name
-    for name in ("PEG_HEIGHT",):
+    for name in ("PEG_HEIGHT", "MARK_WIDTH", "FORCE_SCALE", "LONGEST_ARROW"):
         assert float(re.search(rf"\b{name} = ([\d.]+)", page)[1]) == getattr(palette, name), name
 
 

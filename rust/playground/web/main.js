@@ -77,7 +77,7 @@ function begin() {
     robot?.free();
     robot = made;
     layout = JSON.parse(robot.layout());
-    view.setRobot(layout.links);
+    view.setRobot(layout.links, $("model").value === "spatial");
     buildGait();
     chooseDriver();
     shown();

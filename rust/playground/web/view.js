@@ -3,10 +3,13 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-// The palette of Okabe and Ito, as in the viewer of the Python package.
-const BODY = 0x009e73, HEAD = 0xe69f00, PEG = 0x8c929a, FORCE = 0xd55e00, TRAIL = 0x0072b2, GOAL = 0xcc79a7, PULL = 0x56b4e9;
+// Colours and sizes of snake_env/palette.py.
+const BODY = 0x009e73, HEAD = 0xe69f00, MARK = 0xf0f4ee, PEG = 0x8c929a, FORCE = 0xd55e00, TRAIL = 0x0072b2, GOAL = 0xcc79a7;
+const PULL = 0x56b4e9;
 const PEG_HEIGHT = 0.15; // of pegs, which have no end [m]
-const FORCE_SCALE = 0.012; // [m/N]
+const MARK_WIDTH = 0.3; // of the stripe on the back of a link, in radii
+const FORCE_SCALE = 0.01; // [m/N]
+const LONGEST_ARROW = 0.4; // [m]
 const FORCE_SHOWN = 0.1; // [N]
 const TRAIL_LENGTH = 600;
 const FAR_BELOW = -1000;
@@ -106,10 +109,15 @@ export class View {
     mesh.dispose();
   }
 
-  // `shapes`: half length and radius of each link.
-  setRobot(shapes) {
+  // `shapes`: half length and radius of each link. Its back is against x in the plane, along y in 3D.
+  setRobot(shapes, spatial) {
     this.remove(this.links);
+    this.remove(this.marks);
     const [half, radius] = shapes[0];
+    const wide = MARK_WIDTH * radius, thin = 0.1 * radius, up = 0.97 * radius;
+    const stripe = new THREE.BoxGeometry(spatial ? wide : thin, spatial ? thin : wide, 1.4 * half);
+    this.marks = this.instances(spatial ? stripe.translate(0, up, 0) : stripe.translate(-up, 0, 0), MARK, shapes.length);
+    this.marks.count = shapes.length;
     const capsule = new THREE.CapsuleGeometry(radius, 2 * half, 8, 20).rotateX(Math.PI / 2);
     this.links = this.instances(capsule, 0xffffff, shapes.length);
     this.links.count = shapes.length;
@@ -182,8 +190,9 @@ export class View {
       place.fromArray(poses, 7 * k);
       turn.fromArray(poses, 7 * k + 3);
       this.links.setMatrixAt(k, matrix.compose(place, turn, one));
+      this.marks.setMatrixAt(k, matrix);
     }
-    this.links.instanceMatrix.needsUpdate = true;
+    this.links.instanceMatrix.needsUpdate = this.marks.instanceMatrix.needsUpdate = true;
     this.links.computeBoundingSphere();
     this.showForces(poses, forces);
   }
@@ -195,11 +204,11 @@ export class View {
     let count = 0;
     for (let k = 0; k < this.links.count && count < 256; k++) {
       force.fromArray(forces, 3 * k);
-      const length = FORCE_SCALE * force.length();
+      const length = Math.min(LONGEST_ARROW, FORCE_SCALE * force.length());
       if (force.length() < FORCE_SHOWN) continue;
       end.fromArray(poses, 7 * k).add(new THREE.Vector3(0, 0, 0.06));
-      turn.setFromUnitVectors(z, force.clone().normalize());
-      const start = end.clone().addScaledVector(force, -FORCE_SCALE);
+      turn.setFromUnitVectors(z, force.normalize());
+      const start = end.clone().addScaledVector(force, -length);
       this.shafts.setMatrixAt(count, matrix.compose(start, turn, new THREE.Vector3(1, 1, Math.max(1e-6, length - 0.03))));
       this.tips.setMatrixAt(count++, matrix.compose(end, turn, new THREE.Vector3(1, 1, 1)));
     }
