@@ -1,5 +1,5 @@
 """Hook of mkdocs: the README with the playground is the home page, links out of docs/ become plain text, and Sphinx
-roles of docstrings links.
+roles of docstrings links. ``llms.txt`` lists the pages of the menu for programs that read them.
 """
 
 from __future__ import annotations
@@ -56,6 +56,30 @@ def on_page_content(html: str, page: Any, config: Any, files: Files) -> str:
         return f'<a href="#{target}"><code>{name}</code></a>' if target else f"<code>{name}</code>"
 
     return ROLE.sub(named, html)
+
+
+def on_nav(nav: Any, config: Any, files: Files) -> Any:
+    """Notes the pages of the menu."""
+    _MENU[:] = nav.pages
+    return nav
+
+
+def on_post_build(config: Any) -> None:
+    """Lists them with the words that each begins with."""
+    lines = [f"# {config['site_name']}", "", f"> {config['site_description']}", "", "## Pages", ""]
+    lines += [f"- [{one.title}]({one.file.dest_uri}): {_beginning(one.markdown or '')}" for one in _MENU]
+    Path(config["site_dir"], "llms.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+_MENU: list[Any] = []
+
+
+def _beginning(markdown: str) -> str:
+    """The first paragraph that is text."""
+    prose = re.sub(r"^```.*?^```$", "", markdown, flags=re.MULTILINE | re.DOTALL)
+    text = (one for one in prose.split("\n\n") if not one.lstrip("\n").startswith(("#", "    ", "!", "<")))
+    paragraphs = (" ".join(one.split()) for one in text)
+    return re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", next(filter(None, paragraphs), ""))
 
 
 def _joined(folder: Path, target: str) -> str:

@@ -44,3 +44,11 @@ def test_the_reference_describes_what_the_contract_names(site):
     text = (site / "api/index.html").read_text(encoding="utf-8")
     for name in ("simulate", "Trajectory", "SnakeVectorEnv", "policies.loading.load_policy", "Scene", "Randomization"):
         assert f'id="snake_env.{name}"' in text
+
+
+def test_programs_find_the_pages_in_a_list(site):
+    text = (site / "llms.txt").read_text(encoding="utf-8")
+    rows = re.findall(r"^- \[(.+)\]\((.+?)\): (.*)$", text, re.MULTILINE)
+    assert len(rows) > 25
+    assert all((site / target).exists() for _, target, _ in rows)
+    assert sum(len(words) > 20 for _, _, words in rows) > 20
