@@ -98,15 +98,14 @@ def finished(path: Path) -> list[RunFolder]:
     return done
 
 
-def score(
-    folders: list[RunFolder], bench: Benchmark, task: BenchmarkTask | None = None, best: bool = False
-) -> Table:
+def score(folders: list[RunFolder], bench: Benchmark, task: BenchmarkTask | None = None, best: bool = False) -> Table:
     """Plays each run's policy on the benchmark's fields of a task; None: of its own. What has been played is kept."""
     played = {}
     for folder in folders:
         config, name = folder.config(), folder.path.name
         own = BenchmarkTask(folder.path.parent.name, config.env_id, config.env, config.about)
-        played[name] = bench.episodes(task or own, cached_scores.trained(name, folder.chosen if best else folder.policy, None))
+        policy = folder.chosen if best else folder.policy
+        played[name] = bench.episodes(task or own, cached_scores.trained(name, policy, None))
     return {
         title: {name: float(episodes[signal].mean()) for name, episodes in played.items()}
         for signal, title in SCORES.items()
