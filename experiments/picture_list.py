@@ -18,15 +18,14 @@ from experiments import browser_pictures, concepts, difficulty, environment_film
 from experiments.origin import digest
 from snake_env import card, drawing, palette, rendering, side_view
 from snake_env.commands.environment_pages import FILMS
-from snake_env.evaluation import film, scores
-from snake_env.evaluation.statistics import Estimate
+from snake_env.evaluation import film
 from snake_env.registration import SCENARIOS, TASKS
 from snake_env.reproduce import figures as thesis_figures
 from snake_env.reproduce.experiment import Experiment, Runs
 from snake_env.reproduce.experiments import experiments
 from snake_env.viewer import drawing as viewer_drawing
 from snake_env.viewer import live, plots
-from training.evaluation import figures, inspection, inspection_figures
+from training.evaluation import inspection, inspection_figures
 from training.evaluation.loading import task as task_of
 
 ROOT = Path(__file__).parents[1]
@@ -56,7 +55,7 @@ class Picture:
 @cache
 def pictures() -> dict[str, Picture]:
     """All by file name."""
-    groups = (_films(), _thesis(), _benchmark(), _learning(), _difficulty(), _inspected(), _browser())
+    groups = (_films(), _thesis(), _benchmark(), _difficulty(), _inspected(), _browser())
     return {name: picture for group in groups for name, picture in group.items()}
 
 
@@ -152,22 +151,6 @@ def _benchmark() -> dict[str, Picture]:
         return ()
 
     found["bench-growth.png"] = Picture(growth, (bench_figures.growth, drawing), results.of("growth"))
-    return found
-
-
-def _learning() -> dict[str, Picture]:
-    content = json.loads((DOCS / "learning-benchmark.json").read_text())
-    found = {}
-    for name, one in content["tasks"].items():
-        rows = {policy: scores.from_plain(row) for policy, row in one["scores"].items()}
-        draw = _drawn((), figures.benchmark, rows)
-        found[f"learning-{name}.png"] = Picture(draw, (figures.benchmark, drawing), one["scores"])
-    profiles = {
-        policy: {float(speed): Estimate(**share) for speed, share in row["performance_profile"].items()}
-        for policy, row in content["over_all_tasks"].items()
-    }
-    draw, code = _drawn((), figures.performance_profiles, profiles), (figures.performance_profiles, drawing)
-    found["learning-over-all-tasks.png"] = Picture(draw, code, content["over_all_tasks"])
     return found
 
 

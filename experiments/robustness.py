@@ -27,7 +27,6 @@ from snake_env.policies.shipped import policy_path
 from training.cli import answer
 from training.config import Count, RunConfig
 from training.evaluation import cached_scores
-from training.evaluation.benchmark import Benchmark
 from training.runs import versions
 
 Condition = Literal["nominal", "randomised"]
@@ -67,9 +66,9 @@ def main(arguments: list[str] | None = None) -> int:
 def compare(args: Options) -> int:
     """Plays everything, prints and writes the table."""
     folders = finished(args.sweep / args.config)
-    bench = Benchmark(args.out, seeds.held_out(args.fields), args.num_threads)
-    before = cached_scores.trained(args.against, policy_path(args.against), None)
-    after = [cached_scores.trained(folder.path.name, folder.policy, None) for folder in folders]
+    bench = cached_scores.Bench(args.out, seeds.held_out(args.fields), args.num_threads)
+    before = cached_scores.trained(args.against, policy_path(args.against))
+    after = [cached_scores.trained(folder.path.name, folder.policy) for folder in folders]
     found: dict[str, dict[str, Any]] = {}
     for condition in args.conditions:
         for task in tasks(folders[0].config(), condition == "randomised", args.tasks):

@@ -21,7 +21,9 @@ from training.runs import StaleRun
 COMMANDS = {
     "train": ("training.train", "train a policy, or resume a run"),
     "evaluate": ("training.evaluate", "score policies and gaits on held-out fields"),
-    "benchmark": ("training.evaluation.benchmark", "score every policy in every task"),
+    "submit": ("training.submission.submit", "enter policies into the benchmark"),
+    "verify": ("training.submission.verify", "replay an entry, and say whether its scores hold"),
+    "leaderboard": ("training.submission.leaderboard", "rank the entries"),
     "inspect": ("training.evaluation.inspection", "show how a policy moves and fails"),
     "video": ("training.evaluation.video", "film an episode"),
     "tune": ("training.search.tune", "choose the parameters of the scripted controllers"),

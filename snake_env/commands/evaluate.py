@@ -16,7 +16,7 @@ from pathlib import Path
 from snake_env import robot_classes
 from snake_env._files import write_json, write_text
 from snake_env.commands.arguments import acting, add_policy, add_task, parser
-from snake_env.evaluation import scores, tasks
+from snake_env.evaluation import scores, tasks, tracks
 from snake_env.evaluation.protocol import evaluate
 from snake_env.policies.loading import GAIT
 
@@ -31,6 +31,7 @@ def main(arguments: list[str]) -> int:
     cli.add_argument("--episodes", "--scenes", type=int, default=EPISODES, help=f"test scenes (default {EPISODES})")
     cli.add_argument("--seed", type=int, default=0, help="number of the first test scene (default 0)")
     cli.add_argument("--class", dest="robot_class", metavar="NAME", help=f"of robot: {', '.join(robot_classes.load())}")
+    cli.add_argument("--track", metavar="NAME", help=f"what policies may observe: {', '.join(tracks.load())}")
     cli.add_argument("--num-threads", type=int, help="threads of the simulator")
     cli.add_argument("--out", type=Path, metavar="FILE", help="also write the scores: .tex for LaTeX, else JSON")
     args = cli.parse_args(arguments)
@@ -43,7 +44,7 @@ def main(arguments: list[str]) -> int:
     policies = [first, *(acting(args, name, task)[0] for name in named[1:])]
     task = tasks.judged(task, args.robot_class)
     print(f"{task.env_id} {json.dumps(task.options)}, {args.episodes} test scenes")
-    how = {name: getattr(args, name) for name in ("episodes", "seed", "num_threads")}
+    how = {name: getattr(args, name) for name in ("episodes", "seed", "num_threads", "track")}
     found = [evaluate(policy, task, **how) for policy in policies]
     names = [one.name for one in found]
     rows = {text if names.count(one.name) > 1 else one.name: one.scores for text, one in zip(named, found, strict=True)}

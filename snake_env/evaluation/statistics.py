@@ -96,17 +96,6 @@ def interquartile_mean(*tasks: Any) -> Estimate:
     return bootstrap(lambda *runs, axis: stats.trim_mean(np.concatenate(runs, axis=axis), 0.25, axis=axis), *tasks)
 
 
-def performance_profile(threshold: float, *tasks: Any) -> Estimate:
-    """Share of the runs of all tasks, (runs,) each, that score higher than a threshold; stratified bootstrap.
-
-    Of n runs drawn again the number above the threshold is binomial, so that it can be drawn at once.
-    """
-    above = [np.asarray(runs, np.float64) > threshold for runs in tasks]
-    rng, total = np.random.default_rng(0), sum(map(len, above))
-    drawn = sum(rng.binomial(len(runs), runs.mean(), RESAMPLES) for runs in above) / total
-    return Estimate(float(np.concatenate(above).mean()), *_ends(drawn))
-
-
 def probability_of_improvement(scores: Sequence[Any], reference: Sequence[Any]) -> Estimate:
     """Probability that a run scores higher than one of the reference in the same task; ties count half.
 

@@ -34,12 +34,14 @@ class BenchmarkTask:
         env_id: environment.
         options: its keywords; those a policy needs, such as its action mode, come on top.
         about: one line for people.
+        suite: tasks over which policies are compared together; by default those of the robot's model.
     """
 
     name: str
     env_id: str
     options: dict[str, Any] = field(default_factory=dict)
     about: str = ""
+    suite: str = ""
 
     @property
     def model(self) -> str:
@@ -56,7 +58,7 @@ def load(path: Path = FILE) -> dict[str, BenchmarkTask]:
     """All tasks of a file, by name, in its order."""
     content = json.loads(path.read_text())
     return {
-        name: BenchmarkTask(name, entry["env"], entry.get("options", {}), entry["about"])
+        name: BenchmarkTask(name, entry["env"], entry.get("options", {}), entry["about"], entry.get("suite", ""))
         for name, entry in content.items()
     }
 

@@ -10,7 +10,7 @@ pytest.importorskip("torch")
 from experiments import seed_statistics
 from snake_env.evaluation import seeds, tasks
 from training import config, runs
-from training.evaluation import benchmark
+from training.evaluation import cached_scores
 from training.learners import ppo
 
 SMOKE = {
@@ -49,18 +49,6 @@ def test_equal_runs_do_not_differ_and_unfinished_ones_do_not_count(swept, tmp_pa
     assert (tmp_path / "learning-curves.png").stat().st_size > 5000
 
 
-def test_the_best_policy_of_each_seed_plays_where_it_is_asked_for(swept, tmp_path, monkeypatch):
-    played = []
-    trained = seed_statistics.cached_scores.trained
-    monkeypatch.setattr(
-        seed_statistics.cached_scores, "trained", lambda *given: played.append(given[1].name) or trained(*given)
-    )
-    arguments = ["--sweep", str(swept), "--configs", "one", "--fields", "2", "--out", str(tmp_path)]
-    for more in ([], ["--best"]):
-        assert seed_statistics.main([*arguments, *more]) == 0
-    assert played == ["policy.safetensors"] * 2 + ["best.safetensors"] * 2
-
-
 def test_all_play_in_the_task_of_the_benchmark_if_one_is_named(swept, tmp_path, monkeypatch):
     longer = tasks.BenchmarkTask("longer", "SnakeFree-v1", {"max_episode_steps": 80})
     monkeypatch.setattr(tasks, "chosen", lambda names: [longer] if names == ["longer"] else [])
@@ -74,7 +62,7 @@ def test_all_play_in_the_task_of_the_benchmark_if_one_is_named(swept, tmp_path, 
 
 def test_a_score_is_that_of_the_seeds_own_policy(swept, tmp_path):
     """A seed keeps its score when the other one is gone."""
-    bench = benchmark.Benchmark(tmp_path / "cells", seeds.held_out(3), 1)
+    bench = cached_scores.Bench(tmp_path / "cells", seeds.held_out(3), 1)
     both = seed_statistics.score(seed_statistics.finished(swept / "two"), bench)
     shutil.copytree(swept / "two" / "seed-1", tmp_path / "alone" / "seed-1")
     alone = seed_statistics.score(seed_statistics.finished(tmp_path / "alone"), bench)

@@ -81,6 +81,19 @@ def test_a_gait_needs_no_more_than_the_blocks_that_it_is_given():
 
 
 def test_a_controller_names_the_block_that_it_misses():
-    blind = load_policy("heading-control", env_options={"observation_blocks": ["joint_angle", "heading", "wave"]})
-    with pytest.raises(ConfigError, match=r"^observation_blocks = .*: expected lateral_offset too"):
+    blind = load_policy("heading-control", env_options={"observation_blocks": ["joint_angle", "wave"]})
+    with pytest.raises(ConfigError, match=r"^observation_blocks = .*: expected heading too"):
         evaluate(blind, "course", track="proprioception", episodes=1)
+
+
+def test_a_controller_without_its_position_steers_by_its_compass():
+    compass = load_policy("heading-control", env_options={"observation_blocks": ["joint_angle", "heading", "wave"]})
+    assert evaluate(compass, "maze", track="proprioception", episodes=4).scores["success"].value == 1.0
+
+
+def test_the_command_refuses_what_the_track_does_not_admit(capsys):
+    from snake_env.__main__ import main
+
+    arguments = ["evaluate", "--policy", "general", "--task", "course", "--episodes", "1"]
+    assert main([*arguments, "--class", "aiko", "--track", "touch"]) == 2
+    assert "observation_blocks = velocity: expected blocks of the track touch" in capsys.readouterr().err

@@ -43,8 +43,12 @@ def test_the_error_of_a_run_that_does_not_fit_names_what_it_was_begun_with(tmp_p
 @pytest.mark.parametrize(
     ("command", "told"),
     [
-        ("benchmark --tasks nowhere", "task = nowhere: expected one of course, "),
-        ("benchmark --policies nobody", "policy = nobody: expected one of thesis gait, "),
+        ("submit --out entry --policy gait --tasks nowhere", "task = nowhere: expected one of course, "),
+        (
+            "submit --out entry --policy gait --robot-class aico",
+            "robot_class = 'aico': expected one of 'ideal', 'aiko'",
+        ),
+        ("verify nowhere", "folder = nowhere: expected one with entry.json"),
         ("gaits --env Nowhere-v0", "Environment `Nowhere` doesn't exist"),
         ("experiments.difficulty --tasks nowhere", "task = nowhere: expected one of field, "),
         (
@@ -96,7 +100,7 @@ def test_a_name_that_does_not_exist_ends_a_command_with_one_line(capsys, command
         ("evaluate --fields 0", "fields = 0: expected greater than or equal to 1"),
         ("evaluate --fields -1", "fields = -1: expected greater than or equal to 1"),
         ("evaluate --fields 3000000000", "count = 3000000000: expected an integer in [1, 2147483648]"),
-        ("benchmark --episodes 0", "episodes = 0: expected greater than or equal to 1"),
+        ("submit --out entry --policy gait --episodes 0", "episodes = 0: expected greater than or equal to 1"),
     ],
 )
 def test_a_number_out_of_range_ends_a_command_with_one_line(tmp_path, monkeypatch, capsys, command, told):

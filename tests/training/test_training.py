@@ -318,17 +318,6 @@ def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, m
     assert "starting over" in capsys.readouterr().out
 
 
-def test_the_pipeline_plays_the_policy_that_was_best_in_an_evaluation(tmp_path, monkeypatch):
-    monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
-    played = []
-    monkeypatch.setattr(pipeline, "load_policy", lambda path, name: played.append(path.name) or GaitPolicy(name=name))
-    arguments = ["--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
-    assert pipeline.main(arguments) == 0
-    (tmp_path / "policy" / "best.zip").unlink()  # as in a run without evaluations
-    assert pipeline.main(arguments) == 0
-    assert played == ["best.zip", "model.zip"]
-
-
 def test_the_pipeline_trains_on_for_more_steps_and_refuses_fewer(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
     monkeypatch.setattr(pipeline, "_evaluation_stage", lambda *_: None)
@@ -432,10 +421,6 @@ def test_aggregates_are_those_of_rliable():
     assert 0.0 <= better.low <= better.high <= 1.0
     in_two = statistics.probability_of_improvement([[1.0, 2.0, 2.0], [3.0]], [[0.0, 2.0], [1.0, 2.0, 4.0]])
     assert in_two.value == pytest.approx(0.5 * (4.0 / 6.0 + 2.0 / 3.0))
-    above = statistics.performance_profile(1.5, *scores)
-    assert above.value == 0.75
-    assert above.low < above.value < above.high
-    assert statistics.performance_profile(3.0, *scores) == (0.5, 0.5, 0.5), "resamples keep to their task"
 
 
 def test_scores_have_no_times_where_no_goal_was_reached():

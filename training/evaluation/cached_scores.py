@@ -3,27 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from joblib import Memory
 
 import snake_env
-from snake_env import ConfigError, _native
-from snake_env.evaluation import rollout
+from snake_env import _native
+from snake_env.evaluation import rollout, seeds
 from snake_env.evaluation.rollout import Episodes
 from snake_env.evaluation.tasks import BenchmarkTask
-from snake_env.policies.gaits import DEGREE, GaitParameters, GaitPolicy
 from snake_env.policies.interface import Policy
 from snake_env.policies.loading import load_policy
 from snake_env.policies.scripted import catalogue
 from training.config import ROOT
-from training.config_file import CONFIGS
-from training.evaluation.loading import trained_with
-
-CONFIG = CONFIGS / "benchmark.json"
 
 KEPT = (
     "is_success",
@@ -42,82 +37,49 @@ KEPT = (
 
 @dataclass(frozen=True)
 class Entry:
-    """A row of the tables.
+    """A policy.
 
     Args:
         name: in tables.
         make: the policy for a task.
-        plays: Whether it is in a task's table.
-        source: File or class it is made from, whose bytes identify the policy.
+        source: File or numbers it is made from, which identify the policy.
     """
 
     name: str
     make: Callable[[BenchmarkTask], Policy]
-    plays: Callable[[BenchmarkTask], bool]
     source: Callable[[BenchmarkTask], bytes]
 
 
-def entries(config: Path, chosen: Sequence[str] | None, more: list[tuple[str, Path]]) -> list[Entry]:
-    """The configuration's scripted and trained policies, only those in ``chosen`` if given, and ``more`` files.
+def tuning(name: str, task: BenchmarkTask) -> dict[str, Any] | None:
+    """The numbers of a scripted controller in a task; None: it was not tuned there, or is another policy."""
+    return catalogue.chosen(name.replace("-", " "), task.name)
 
-    Raises:
-        ConfigError: a chosen name that the configuration does not have, or two policies of one name.
+
+def trained(name: str, path: Path) -> Entry:
+    """A policy from a file, with the interface it was trained with and the task's difficulty."""
+    return Entry(name, lambda task: load_policy(path, name=name), lambda task: path.read_bytes())
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Plays policies in tasks, or takes their episodes from the cache.
+
+    Args:
+        out: folder.
+        fields: seeds, one per episode; all of them held out.
+        num_threads: threads of the simulator.
     """
-    content = json.loads(config.read_text())
-    found = [scripted(name) for name in content["scripted"]]
-    found += [constant(one["name"], one["degrees"], one["tasks"]) for one in content["gaits"]]
-    found += [trained(one["name"], ROOT / one["path"], one.get("tasks")) for one in content["trained"]]
-    known = [one.name for one in found]
-    for name in chosen or []:
-        if name not in known:
-            raise ConfigError("policy", name, f"one of {', '.join(known)}")
-    kept = [one for one in found if chosen is None or one.name in chosen]
-    for name, path in more:
-        if name in [one.name for one in kept]:
-            raise ConfigError("policy", f"{name} ({path})", "a name of its own, as in NAME=PATH")
-        kept.append(trained(name, path, None))
-    return kept
 
+    out: Path
+    fields: list[int]
+    num_threads: int | None = None
 
-def scripted(name: str) -> Entry:
-    """The thesis's gait, or a controller as tuned for the task."""
-    if name == "thesis gait":
-        return Entry(name, thesis_gait, lambda task: True, lambda task: b"")
-    return Entry(
-        name,
-        lambda task: catalogue.tuned(name, task.name),
-        lambda task: catalogue.chosen(name, task.name) is not None,
-        lambda task: json.dumps(catalogue.chosen(name, task.name)).encode(),
-    )
+    def __post_init__(self) -> None:
+        seeds.require_held_out(self.fields)
 
-
-def thesis_gait(task: BenchmarkTask) -> Policy:
-    """The thesis's gait, the same in every task."""
-    return GaitPolicy(GaitParameters())
-
-
-def constant(name: str, degrees: dict[str, float], of_tasks: Sequence[str]) -> Entry:
-    """A gait that never changes, by its parameters [deg], [deg/s]."""
-    wave = GaitParameters(**{key: value * DEGREE for key, value in degrees.items()})
-    return Entry(
-        name,
-        lambda task: GaitPolicy(wave, name),
-        lambda task: task.name in of_tasks,
-        lambda task: json.dumps(degrees).encode(),
-    )
-
-
-def trained(name: str, path: Path, of_tasks: Sequence[str] | None) -> Entry:
-    """A policy from a file, with the interface it was trained with and the task's difficulty.
-
-    Without ``of_tasks`` it plays in all tasks of the model that it was trained with.
-    """
-    return Entry(
-        name,
-        lambda task: load_policy(path, name=name),
-        lambda task: task.model == trained_with(path) if of_tasks is None else task.name in of_tasks,
-        lambda task: path.read_bytes(),
-    )
+    def episodes(self, task: BenchmarkTask, entry: Entry) -> Episodes:
+        """Episodes of a policy in a task."""
+        return scores(self.out, task, entry, self.fields, self.num_threads)
 
 
 def scores(out: Path, task: BenchmarkTask, entry: Entry, fields: list[int], num_threads: int | None) -> Episodes:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from snake_env import Scene, drawing
 from snake_env.evaluation.scores import Row
-from snake_env.evaluation.statistics import Estimate
 from snake_env.obstacles import circles
 
 COLOURS = ("#8a8f98", "#d98a2b", "#1f5fa8")
@@ -99,42 +98,6 @@ def _bars(axes: Axes, estimates: list[Any]) -> None:
         if np.isfinite(value):
             spread = np.array([[value - low], [high - value if np.isfinite(high) else 0.0]])
             axes.bar(k, value, color=COLOURS[k % len(COLOURS)], yerr=spread, capsize=3, width=0.65)
-
-
-def benchmark(rows: dict[str, Row], path: Path) -> Path:
-    """Horizontal bars with confidence intervals: a line per policy, a panel per score."""
-    panels = (
-        ("success", "success rate"),
-        ("speed", "speed [m/s]"),
-        ("jam_ratio", "jam ratio"),
-        ("cost_of_transport", "cost of transport"),
-    )
-    with drawing.style():
-        drawn, axes = drawing.figure(1, len(panels), 9.0, 0.8 + 0.28 * len(rows))
-        for one, (key, label) in zip(axes[0], panels, strict=True):
-            for k, (value, low, high) in enumerate(row[key] for row in rows.values()):
-                if np.isfinite(value):
-                    spread = np.array([[value - low], [high - value if np.isfinite(high) else 0.0]])
-                    one.barh(k, value, xerr=spread, capsize=2, height=0.65, color=COLOURS[-1])
-            least = min(0.0, *(row[key].value for row in rows.values()))  # NaN is never less
-            one.set(xlabel=label, xlim=(least, None), ylim=(len(rows) - 0.5, -0.5))
-            one.set_yticks(range(len(rows)), list(rows) if one is axes[0, 0] else [""] * len(rows), fontsize=7)
-        return drawing.save(drawn, path)
-
-
-def performance_profiles(profiles: dict[str, dict[float, Estimate]], path: Path) -> Path:
-    """Share of episodes above a score, by policy, with its interval."""
-    with drawing.style():
-        drawn, axes = drawing.figure(1, 1, 5.5, 3.0)
-        one = axes[0, 0]
-        for name, profile in profiles.items():
-            values = np.array(list(profile.values()))
-            (line,) = one.plot(list(profile), values[:, 0], label=name)
-            one.fill_between(list(profile), values[:, 1], values[:, 2], color=line.get_color(), alpha=0.2)
-        one.set(xlabel="speed of an episode that reaches the goal, else 0 [m/s]", ylabel="share of episodes above")
-        one.set(xlim=(0.0, None), ylim=(0.0, 1.0))
-        one.legend(fontsize=7)
-        return drawing.save(drawn, path)
 
 
 def gaits(tried: list[dict[str, float]], progress: NDArray[np.float64], best: dict[str, float], path: Path) -> Path:

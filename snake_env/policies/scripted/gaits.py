@@ -66,5 +66,10 @@ class HeadingGait(Controller):
         return self["steering"] * (self.sensors.heading - self.wanted_heading())
 
     def wanted_heading(self) -> Array:
-        """Direction towards the point of the centre line that lies the look-ahead distance ahead (n,) [rad]."""
+        """Direction towards the point of the centre line that lies the look-ahead distance ahead (n,) [rad].
+
+        That of the centre line for a robot that does not know its lateral offset.
+        """
+        if not self.sensors.has("lateral_offset"):
+            return np.zeros(self.num_envs)
         return -np.arctan2(self.sensors["lateral_offset"][:, 0], self["look_ahead"])

@@ -1,0 +1,155 @@
+"""The leaderboard: a table of every class of robot from the entries in the folder submissions.
+
+python -m training leaderboard            # print
+python -m training leaderboard --write    # also write docs/leaderboard.md
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from snake_env import robot_classes
+from snake_env._files import write_text
+from snake_env.evaluation import tasks
+from snake_env.evaluation.statistics import Estimate, interquartile_mean
+from snake_env.markdown import table
+from snake_env.policies.gaits import GaitParameters
+from training.cli import answer
+from training.config import ROOT
+from training.evaluation import reference_limits
+from training.submission.entry import NAME, Submission, read
+
+FOLDER = ROOT / "submissions"
+PAGE = ROOT / "docs/leaderboard.md"
+
+MU = 0.2
+"""Friction coefficient of the tasks with pegs."""
+
+HEAD = """# Leaderboard
+
+    python -m training submit --out submissions/mine --policy runs/sweep/mine/seed-0 --policy runs/sweep/mine/seed-1
+    python -m training verify submissions/mine
+    python -m training leaderboard --write   # this page
+
+[Classes of robot](protocol.md#classes-of-robot) have tables of their own; the [track](protocol.md#tracks) of an entry
+admits what its policies observe. *Runs* are trainings with different seeds; *steps* are the environment steps of one
+of them and of all that it builds on, in millions. The *score* of an episode is its speed if it reaches the goal, else
+zero; that of an entry is the interquartile mean over its runs and all tasks of the table. Success rates follow.
+Brackets are 95 % bootstrap intervals over runs; one run has none. Speeds and costs are in `entry.json`.
+
+Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, and {weaving:.3f} for any that passes
+the pegs of the thesis's course on alternating sides. It is {leader:.3f} for a body that follows the curve of the
+thesis's gait without slip. Speed without slip: {thesis:.3f} m/s for that gait, {fastest:.3f} m/s for the fastest wave
+that actions can command.
+"""
+
+
+@dataclass
+class Options:
+    """What is done.
+
+    Args:
+        folder: Of the entries.
+        write: Write docs/leaderboard.md.
+    """
+
+    folder: Path = FOLDER
+    write: bool = False
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command."""
+    return answer(Options, show, __doc__, arguments)
+
+
+def show(args: Options) -> int:
+    """Prints or writes the page."""
+    text = page(entries(args.folder))
+    if args.write:
+        write_text(PAGE, text)
+    else:
+        print(text)
+    return 0
+
+
+def entries(folder: Path) -> dict[str, Submission]:
+    """All entries of a folder, by name.
+
+    Raises:
+        ConfigError: one is not admissible.
+    """
+    return {path.parent.name: read(path.parent) for path in sorted(folder.glob(f"*/{NAME}"))}
+
+
+def page(found: dict[str, Submission]) -> str:
+    """The page as Markdown."""
+    parts = [
+        HEAD.format(
+            mu=MU,
+            least=reference_limits.least_cost(MU),
+            weaving=reference_limits.weaving_cost(MU),
+            leader=reference_limits.follow_the_leader_cost(MU),
+            thesis=reference_limits.no_slip_speed(GaitParameters()),
+            fastest=reference_limits.no_slip_speed(reference_limits.FASTEST_WAVE),
+        )
+    ]
+    for robot_class in robot_classes.load():
+        for suite, known in suites().items():
+            group = {
+                name.removeprefix(f"{robot_class}-"): one
+                for name, one in found.items()
+                if one.robot_class == robot_class and set(one.tasks) & set(known)
+            }
+            if group:
+                parts.append(f"## {robot_class}, {suite}\n\n{of_class(group, known)}\n")
+    return "\n".join(parts)
+
+
+def suites() -> dict[str, list[str]]:
+    """Names of the tasks of each suite: those of a robot's model unless the task names another."""
+    found: dict[str, list[str]] = {}
+    for name, task in tasks.load().items():
+        found.setdefault(task.suite or task.model, []).append(name)
+    return found
+
+
+def of_class(group: dict[str, Submission], known: list[str]) -> str:
+    """The table of a class in a suite, whose tasks are ``known``; the best entry first."""
+    columns = [name for name in known if any(name in one.tasks for one in group.values())]
+    rows = []
+    for name, one in group.items():
+        whole = set(columns) <= set(one.tasks)
+        score = interquartile_mean(*(values(one, task, "score") for task in columns)) if whole else None
+        steps = [run.steps for run in one.runs]
+        shown = "-" if None in steps else f"{max(step or 0 for step in steps) / 1e6:.1f}"
+        cells = [
+            over_runs(interquartile_mean(values(one, task, "success")), one) if task in one.tasks else "-"
+            for task in columns
+        ]
+        head = (f"`{name}`", one.track, len(one.runs), one.episodes, shown)
+        rows.append((score, (*head, over_runs(score, one) if score else "-", *cells)))
+    rows.sort(key=lambda row: -row[0].value if row[0] else 0.0)
+    heads = ("entry", "track", "runs", "scenes", "steps", "score [m/s]", *columns)
+    return table(heads, _texts(row for _, row in rows))
+
+
+def _texts(rows: Iterable[tuple[object, ...]]) -> list[list[str]]:
+    return [[str(cell) for cell in row] for row in rows]
+
+
+def values(entry: Submission, task: str, key: str) -> list[float]:
+    """A score of each run in a task."""
+    return [float(getattr(run.scores[task], key)) for run in entry.runs]
+
+
+def over_runs(estimate: Estimate, entry: Submission) -> str:
+    """A value with its interval over runs, where there are several."""
+    interval = f" [{estimate.low:.3f}, {estimate.high:.3f}]" if len(entry.runs) > 1 else ""
+    return f"{estimate.value:.3f}{interval}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
