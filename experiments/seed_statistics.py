@@ -47,6 +47,7 @@ class Options:
         sweep: Folder of the sweep.
         configs: Folders in it.
         task: Task of the benchmark in which all play; by default each plays in its own.
+        best: Play the policy of each seed that was best on validation fields during training, not the last one.
         fields: Number of held-out fields.
         num_threads: Threads of the simulator.
         out: Folder for JSON and picture.
@@ -55,6 +56,7 @@ class Options:
     configs: tuple[str, ...]
     sweep: Path = Path("runs/sweep")
     task: str | None = None
+    best: bool = False
     fields: Count = FIELDS
     num_threads: int | None = None
     out: Path = Path("runs/seed-statistics")
@@ -70,7 +72,7 @@ def compare(args: Options) -> int:
     folders = {name: finished(args.sweep / name) for name in args.configs}
     bench = cached_scores.Bench(args.out, seeds.held_out(args.fields), args.num_threads)
     task = None if args.task is None else tasks.chosen([args.task])[0]
-    tables = {name: score(found, bench, task) for name, found in folders.items()}
+    tables = {name: score(found, bench, task, args.best) for name, found in folders.items()}
     print(text(tables))
     args.out.mkdir(parents=True, exist_ok=True)
     write_json(
@@ -95,13 +97,16 @@ def finished(path: Path) -> list[RunFolder]:
     return done
 
 
-def score(folders: list[RunFolder], bench: cached_scores.Bench, task: BenchmarkTask | None = None) -> Table:
+def score(
+    folders: list[RunFolder], bench: cached_scores.Bench, task: BenchmarkTask | None = None, best: bool = False
+) -> Table:
     """Plays each run's policy on the benchmark's fields of a task; None: of its own. What has been played is kept."""
     played = {}
     for folder in folders:
         config, name = folder.config(), folder.path.name
         own = BenchmarkTask(folder.path.parent.name, config.env_id, config.env, config.about)
-        played[name] = bench.episodes(task or own, cached_scores.trained(name, folder.policy))
+        policy = folder.chosen if best else folder.policy
+        played[name] = bench.episodes(task or own, cached_scores.trained(name, policy))
     return {
         title: {name: float(episodes[signal].mean()) for name, episodes in played.items()}
         for signal, title in SCORES.items()

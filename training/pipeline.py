@@ -145,7 +145,7 @@ def _evaluation_stage(out: Path, folder: RunFolder, config: RunConfig, best: Gai
     """Writes scores on held-out fields, figures and a video."""
     options = {name: value for name, value in config.env.items() if name != "action_mode"}
     thesis, tuned = GaitPolicy(GaitParameters(), "thesis gait"), GaitPolicy(best, "best gait")
-    policies = [thesis, tuned, load_policy(folder.policy, name="policy")]
+    policies = [thesis, tuned, load_policy(folder.chosen, name="policy")]
     played = {one.name: run_episodes(one, config.env_id, seeds.held_out(fields), **options) for one in policies}
     rows = {name: scores.score(episodes) for name, episodes in played.items()}
     report(rows, played, out, {"env": config.env_id, "options": config.env, "fields": fields})

@@ -156,6 +156,11 @@ class RunFolder:
         """The policy that was best in an evaluation."""
         return self.path / f"best{self.policy.suffix}"
 
+    @property
+    def chosen(self) -> Path:
+        """The best policy, or the last one of a run without evaluations."""
+        return self.best if self.best.exists() else self.policy
+
     def latest(self) -> Path | None:
         """The checkpoint after the most steps, of those that are whole."""
         return next((path for path in reversed(self._saved()) if _is_whole(path)), None)

@@ -1,4 +1,4 @@
-"""Train a policy with PPO of Stable-Baselines3, in its standard settings.
+"""Train a policy with PPO of Stable-Baselines3, in settings that suit the fields.
 
     snake-env train
     snake-env train --task maze --steps 2000000 --out runs/maze/model.zip
@@ -6,7 +6,7 @@
 It does what these lines of Python do, where callbacks, other settings and other algorithms have their place:
 
     venv = snake_env.sb3.make("SnakeField-v1", num_envs=64, seed=0, difficulty=0.5)
-    model = PPO("MlpPolicy", venv, n_steps=64, batch_size=1024, seed=0)
+    model = PPO("MlpPolicy", venv, n_steps=32, batch_size=512, gamma=0.995, seed=0)
     model.learn(500_000)
     model.save("model.zip")
 
@@ -50,7 +50,7 @@ def main(arguments: list[str]) -> int:
     torch.set_num_threads(1)  # a second thread often slows down a network this small
     _, task = acting_in(lambda observation: observation, args.env or args.task, options=args.options)
     venv = sb3.make(task.env_id, args.num_envs, seed=args.seed, **task.options)
-    model = PPO("MlpPolicy", venv, n_steps=64, batch_size=1024, seed=args.seed, verbose=1, device="cpu")
+    model = PPO("MlpPolicy", venv, n_steps=32, batch_size=512, gamma=0.995, seed=args.seed, verbose=1, device="cpu")
     model.learn(args.steps)
     out.parent.mkdir(parents=True, exist_ok=True)
     replace(out, model.save)

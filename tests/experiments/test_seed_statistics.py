@@ -49,6 +49,18 @@ def test_equal_runs_do_not_differ_and_unfinished_ones_do_not_count(swept, tmp_pa
     assert (tmp_path / "learning-curves.png").stat().st_size > 5000
 
 
+def test_the_best_policy_of_each_seed_plays_where_it_is_asked_for(swept, tmp_path, monkeypatch):
+    played = []
+    trained = seed_statistics.cached_scores.trained
+    monkeypatch.setattr(
+        seed_statistics.cached_scores, "trained", lambda *given: played.append(given[1].name) or trained(*given)
+    )
+    arguments = ["--sweep", str(swept), "--configs", "one", "--fields", "2", "--out", str(tmp_path)]
+    for more in ([], ["--best"]):
+        assert seed_statistics.main([*arguments, *more]) == 0
+    assert played == ["policy.safetensors"] * 2 + ["best.safetensors"] * 2
+
+
 def test_all_play_in_the_task_of_the_benchmark_if_one_is_named(swept, tmp_path, monkeypatch):
     longer = tasks.BenchmarkTask("longer", "SnakeFree-v1", {"max_episode_steps": 80})
     monkeypatch.setattr(tasks, "chosen", lambda names: [longer] if names == ["longer"] else [])

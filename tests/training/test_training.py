@@ -318,6 +318,17 @@ def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, m
     assert "starting over" in capsys.readouterr().out
 
 
+def test_the_pipeline_plays_the_policy_that_was_best_in_an_evaluation(tmp_path, monkeypatch):
+    monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
+    played = []
+    monkeypatch.setattr(pipeline, "load_policy", lambda path, name: played.append(path.name) or GaitPolicy(name=name))
+    arguments = ["--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
+    assert pipeline.main(arguments) == 0
+    (tmp_path / "policy" / "best.zip").unlink()  # as in a run without evaluations
+    assert pipeline.main(arguments) == 0
+    assert played == ["best.zip", "model.zip"]
+
+
 def test_the_pipeline_trains_on_for_more_steps_and_refuses_fewer(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
     monkeypatch.setattr(pipeline, "_evaluation_stage", lambda *_: None)

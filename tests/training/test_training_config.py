@@ -1,5 +1,6 @@
 """Training configurations: what is wrong in one is named by field, value and range."""
 
+import ast
 import json
 import re
 
@@ -61,6 +62,19 @@ def test_an_unknown_learner_is_named(tmp_path):
 def test_shipped_configurations_survive_a_round_trip(path, tmp_path):
     config.save(config.load(path), tmp_path / "copy.yaml")
     assert config.load(tmp_path / "copy.yaml") == config.load(path)
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/start.md", "docs/sb3.md", "snake_env/commands/train.py"])
+def test_the_configuration_sb3_is_the_lines_on_the_pages(page):
+    text = (config.ROOT / page).read_text(encoding="utf-8")
+    found = config.load("sb3")
+    (settings,) = set(re.findall(r'PPO\("MlpPolicy", venv, (.*?)(?:, seed=.*)?\)$', text, re.MULTILINE))
+    given = {name: ast.literal_eval(value) for name, value in (one.split("=") for one in settings.split(", "))}
+    standard = {"n_epochs": 10, "learning_rate": 3e-4, "final_learning_rate": 1.0}  # those of Stable-Baselines3
+    assert found.ppo == config.Ppo(**standard, **given)
+    assert found.policy == config.Networks(hidden=(64, 64), log_std=0.0)
+    (robots,) = re.search(r'make\("SnakeField-v1", num_envs=(\d+), (?:seed=0, )?difficulty=0.5\)', text).groups()
+    assert (found.num_envs, found.env_id, found.env) == (int(robots), "SnakeField-v1", {})
 
 
 def test_keywords_of_the_environment_on_the_command_line_join_those_of_the_configuration(tmp_path):
