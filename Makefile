@@ -44,7 +44,7 @@ test-python: $(if $(wildcard .venv/.native),.venv/.native,.venv/.native-test)
 	PYTHONPATH=$(CURDIR) $(BIN)/python -m pytest --numprocesses=auto --dist=worksteal $(PYTEST)
 
 RAY_TESTS := tests/examples/test_examples.py $(addprefix tests/package/test_, \
-	checker.py vector_env.py vector_env_input.py reward.py threads.py single_env.py wrappers.py)
+	rllib.py checker.py vector_env.py vector_env_input.py reward.py threads.py single_env.py wrappers.py)
 
 # Ray in an environment of its own: RLlib pins an earlier Gymnasium, with which the interface is tested too.
 test-ray: build .venv-ray/.packages
@@ -176,7 +176,7 @@ venv: .venv/.packages
 	test -x .venv-ray/bin/python || $(PYTHON) -m venv .venv-ray
 	grep -v '^gymnasium==' constraints.txt > .venv-ray/constraints.txt
 	$(BIN)/uv pip install --quiet --python .venv-ray/bin/python --constraint .venv-ray/constraints.txt \
-		--requirement pyproject.toml --extra all --group test --group rllib
+		--requirement pyproject.toml --extra all --extra ray --group test
 	touch $@
 
 # The extension is compiled in release mode into snake_env/; Python sources are used where they are.

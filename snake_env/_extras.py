@@ -24,6 +24,7 @@ EXTRAS = {
     "yaml": "yaml",
     "rsl_rl": "rsl-rl",
     "tensordict": "rsl-rl",
+    "ray": "ray",
     "mujoco": "mujoco",
 }
 """Module -> extra of the distribution that installs it."""

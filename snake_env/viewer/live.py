@@ -96,7 +96,8 @@ class Live:
     @property
     def state(self) -> State:
         """The present state of the robot."""
-        return self._states[-1]
+        with self._lock:  # there is none while an episode begins
+            return self._states[-1]
 
     def stop(self) -> None:
         """Ends the simulation and closes the page."""
@@ -211,12 +212,12 @@ class Live:
         options |= actor.env_options
         env: Any = gym.make_vec(chosen.env_id, 1, num_threads=1, autoreset_mode="Disabled", **options)
         given = {"options": self._changed} if self._changed else {}
-        self._info: dict[str, Any] = {}
-        self._observation, _ = env.reset(seed=[seeds.HELD_OUT[shown[self.scene]]], **given)
+        observation, _ = env.reset(seed=[seeds.HELD_OUT[shown[self.scene]]], **given)
         actor.begin(env.unwrapped.layout, 1)
         if self._env is not None:
             self._env.close()
-        self._env, self._actor = env, actor
+        self._env, self._actor, self._observation = env, actor, observation
+        self._info: dict[str, Any] = {}
         is_new = any(self._shown.get(one) != shown[one] for one in (self.task, self.policy))
         if any(self._shown.get(one) != shown[one] for one in self._choices if one is not self.scene):
             self._episodes = self._reached = 0

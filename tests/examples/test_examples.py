@@ -36,13 +36,6 @@ def test_skrl_learns_from_a_batch(tmp_path):
     assert list(tmp_path.glob("*/checkpoints/*.pt"))
 
 
-def test_rllib_learns_from_a_batch():
-    pytest.importorskip("torch")
-    pytest.importorskip("ray.rllib")
-    printed = run("rllib_ppo.py", "--num-envs", "4", "--steps", "16", "--total-steps", "128")
-    assert "128 steps" in printed
-
-
 def test_a_minari_dataset_holds_the_episodes(tmp_path):
     minari = pytest.importorskip("minari")
     for needed in ("h5py", "jax"):

@@ -19,8 +19,10 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 import snake_env
+from snake_env import ConfigError
 from snake_env.evaluation import tasks
 from snake_env.evaluation.tasks import BenchmarkTask
+from snake_env.policies.gaits import GaitPolicy
 from snake_env.viewer import gate, live, player
 from snake_env.viewer.controls import place
 from snake_env.viewer.frames import Frames
@@ -232,6 +234,23 @@ def test_a_refused_choice_goes_back_and_the_page_lives_on(page, name, value):
         assert control._handle.value == before
         assert found._env is env, "the episode goes on"
         assert "expected" in found.note.content
+    goes_on(found)
+
+
+def test_a_policy_that_is_refused_at_its_first_observation_changes_nothing(page, monkeypatch):
+    """It has been given the observation of another episode, which the running policy must not see."""
+    found = page(tasks.load()["course"], "general")
+
+    def refuse(*_):
+        raise ConfigError("observation", "112 numbers", "115")
+
+    with found._lock:
+        before = found._observation
+        monkeypatch.setattr(GaitPolicy, "begin", refuse)
+        found.policy.value = "gait"
+        assert found._observation is before
+        assert "112" in found.note.content
+    monkeypatch.undo()
     goes_on(found)
 
 
