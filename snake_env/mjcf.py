@@ -111,6 +111,10 @@ def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
         raise ConfigError(
             "scene.friction_backward", scene.friction_backward, "None for MuJoCo, whose friction is symmetric"
         )
+    if scene.patches:
+        raise ConfigError(
+            "scene.patches", f"{len(scene.patches)} patches", "() for MuJoCo, whose plane has one friction"
+        )
     if scene.stribeck.drop or any(scene.viscous):
         raise ConfigError("scene", "friction that depends on speed", "only Coulomb friction for MuJoCo")
     if robot.motor is not None and math.isfinite(robot.motor.no_load_speed):

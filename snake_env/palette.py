@@ -17,6 +17,9 @@ FORCE: Colour = (213, 94, 0)
 TRAIL: Colour = (0, 114, 178)
 GOAL: Colour = (204, 121, 167)
 GROUND: Colour = (244, 245, 242)
+ICE: Colour = (190, 220, 236)
+RUG: Colour = (216, 190, 160)
+"""Patches without friction, and of very much, come near to these."""
 EARTH: Colour = (196, 186, 164)
 GRID: tuple[Colour, Colour] = ((228, 232, 226), (195, 201, 194))
 """Of lines every 10 cm and every metre."""
@@ -31,3 +34,10 @@ FORCE_SCALE = 0.01
 """Length of an arrow [m/N]: 10 cm for 10 N."""
 LONGEST_ARROW = 0.4
 """Arrows of larger forces are as long as this, with two heads [m]."""
+
+
+def tint(factor: float) -> Colour:
+    """Colour of a patch of the ground by its factor of friction."""
+    far, share = (ICE, 1.0 - factor) if factor < 1.0 else (RUG, 1.0 - 1.0 / factor)
+    red, green, blue = (round(own + share * (other - own)) for own, other in zip(GROUND, far, strict=True))
+    return red, green, blue

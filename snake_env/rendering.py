@@ -26,6 +26,7 @@ from snake_env.palette import (
     PEG_HEIGHT,
     SUN,
     TRAIL,
+    tint,
 )
 from snake_env.picture import Picture
 from snake_env.state import State
@@ -151,6 +152,7 @@ def extent(state: State, scene: Scene, trail: Trail) -> tuple[Array, Array]:
         *state.link_position[:, :2],
         trail.start,
         *(corner for line in outlines(scene.obstacles) for corner in line),
+        *(np.asarray(corner) for patch in scene.patches for corner in patch.vertices),
         *(corner for one in bodies(scene.obstacles) for corner in mesh(one)[0][:, :2]),
     ]
     low, high = np.min(points, axis=0), np.max(points, axis=0)
@@ -253,6 +255,8 @@ class TopView:
         self._camera.aim(state, scene, trail)
         self._surface.fill(GROUND)
         if self._picture.shows("obstacles"):
+            for patch in scene.patches:
+                self._polygon(np.array(patch.vertices), tint(patch.factor))
             self._draw_fields(scene)
         layers = {
             "grid": lambda: self._draw_grid(),

@@ -13,7 +13,7 @@ from snake_env.config.motor import Motor
 from snake_env.config.noise import Noise
 from snake_env.config.randomization import Randomization
 from snake_env.config.robot import PerLink, Robot
-from snake_env.config.scene import Scene, Stribeck
+from snake_env.config.scene import Patch, Scene, Stribeck
 from snake_env.config.start import Start
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "JointTrajectory",
     "Motor",
     "Noise",
+    "Patch",
     "PerLink",
     "Randomization",
     "Robot",

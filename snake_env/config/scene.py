@@ -46,6 +46,21 @@ class Stribeck(Section):
 
 
 @dataclass(frozen=True)
+class Patch(Section):
+    """A part of the ground with other friction, such as ice or a rug.
+
+    Args:
+        vertices: three or more corners (x, y) of a convex polygon in order, either way round [m].
+        factor: by which the sliding coefficients of the ground are multiplied there, >= 0.
+    """
+
+    _section = "patch"
+
+    vertices: Sequence[tuple[float, float]]
+    factor: float
+
+
+@dataclass(frozen=True)
 class Scene(Section):
     """Obstacles fixed to the ground, the ground's friction and its slope.
 
@@ -61,6 +76,10 @@ class Scene(Section):
             and does not depend on sliding. 0: a point, which resists no turning. The planar model with the method
             "implicit" only; the end spheres of the spatial model resist turning.
         stribeck: how friction falls in sliding; not in the minimal model.
+        patches: where the ground's friction differs; the last one counts where some overlap. A link of the planar model
+            is where its CG is, and an end sphere of the spatial model where it touches the ground, or a top face above
+            it. Height fields have friction by cell instead. Planar and spatial models with the method "implicit" and a
+            PD controller.
         viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the minimal model only.
         friction_law: "set-valued", the exact Coulomb law; for the minimal model also "arctan" (T 6.21), a box, and
             "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.
@@ -79,6 +98,7 @@ class Scene(Section):
     rolling_friction: float = _GROUND.rolling_friction
     spin_friction: float = _GROUND.spin_friction
     stribeck: Stribeck = Stribeck()
+    patches: Sequence[Patch] = _GROUND.patches
     viscous: tuple[float, float] = _GROUND.viscous
     friction_law: str = _GROUND.friction_law
     smoothing: float = _GROUND.smoothing
@@ -91,6 +111,10 @@ class Scene(Section):
         if isinstance(obstacles, tuple):
             obstacles = tuple(from_plain(one, f"scene.obstacles[{j}]") for j, one in enumerate(obstacles))
         object.__setattr__(self, "obstacles", obstacles)
+        patches = frozen(self.patches)
+        if isinstance(patches, tuple):
+            patches = tuple(Patch.of(one, f"scene.patches[{j}]") for j, one in enumerate(patches))
+        object.__setattr__(self, "patches", patches)
         super().__post_init__()
 
     @classmethod

@@ -57,6 +57,8 @@ def plain(fields: Mapping[str, Any]) -> dict[str, Any]:
 def _plain(name: str, value: Any) -> Any:
     if name == "obstacles":
         return [to_plain(obstacle) for obstacle in value]
+    if name == "patches":
+        return [plain(dataclasses.asdict(patch)) for patch in value]
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return dataclasses.asdict(value)
     return value if value is None or isinstance(value, str | int | float) else np.asarray(value, np.float64).tolist()

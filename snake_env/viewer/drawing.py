@@ -25,6 +25,7 @@ from snake_env.palette import (
     SUN,
     TRAIL,
     Colour,
+    tint,
 )
 from snake_env.surfaces import bodies, fields, ground_height, mesh
 from snake_env.viewer.frames import Frames
@@ -104,6 +105,11 @@ class Drawing:
                 batched_colors=PEG,
             )
             self.solids.append(pegs)
+        for k, patch in enumerate(frames.scene.patches):
+            # The later ones, which count, over the others.
+            flat = _prism(np.array(patch.vertices), 0.25 * RISE * (1.0 + k / len(frames.scene.patches)))
+            look: dict[str, Any] = {"color": tint(patch.factor), "side": "double"}
+            self._scene.add_mesh_simple(f"/patches/{k}", flat.vertices, flat.faces, **look)
         for k, (corners, one) in enumerate(zip(outlines(frames.scene.obstacles), others, strict=True)):
             wall = _prism(corners, PEG_HEIGHT if one is None else one)
             made = self._scene.add_mesh_simple(f"/walls/{k}", wall.vertices, wall.faces, color=PEG, side="double")

@@ -21,6 +21,7 @@ from snake_env import (
     Integrator,
     IOLinearizing,
     Noise,
+    Patch,
     Picture,
     Randomization,
     Robot,
@@ -365,6 +366,7 @@ def test_environments_have_the_implicit_method_only(make, integrator):
 USES = {
     "contact with pegs": {"scene": Scene.preset("table-7.5")},
     "the Stribeck effect": {"scene": Scene(stribeck=Stribeck(drop=0.1))},
+    "patches of other friction": {"scene": Scene(patches=[Patch([(0, 0), (1, 0), (0, 1)], 0.5)])},
     "friction that differs forward and backward": {"scene": Scene(friction_backward=0.3)},
     "obstacles of finite height": {"scene": Scene(obstacles=[Circle(0.1, 3.0, 3.0, height=0.1)])},
     "backlash of the joints": {"robot": Robot(backlash=0.1)},

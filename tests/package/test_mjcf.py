@@ -273,7 +273,7 @@ def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
         (
             Scene,
             "obstacles friction slope",
-            "friction_backward spin_friction stribeck viscous friction_law",
+            "friction_backward spin_friction stribeck patches viscous friction_law",
             "rolling_friction smoothing course",
         ),
         (PD, "kp kd torque_limit", "active_from treatment", "law"),

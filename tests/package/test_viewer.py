@@ -10,7 +10,7 @@ import pytest
 
 import snake_env
 from experiments import browser_pictures as pictures
-from snake_env import ConfigError, Gait, Scene
+from snake_env import ConfigError, Gait, Patch, Scene
 from snake_env.__main__ import main
 from snake_env.evaluation import tasks
 from snake_env.evaluation.tasks import BenchmarkTask
@@ -18,7 +18,7 @@ from snake_env.evaluation.tasks import BenchmarkTask
 pytest.importorskip("viser")
 
 from snake_env.palette import FORCE_SCALE, LONGEST_ARROW
-from snake_env.viewer.drawing import NO_ARROW, arrows
+from snake_env.viewer.drawing import NO_ARROW, Drawing, arrows
 from snake_env.viewer.frames import Frames
 from snake_env.viewer.live import Live, fitting
 from snake_env.viewer.player import Player
@@ -113,6 +113,23 @@ def test_a_run_is_saved_as_a_page_and_a_film(run, tmp_path):
     assert film.stat().st_size > 1000
     with pytest.raises(ConfigError, match=r"path = run.txt: expected a name that ends in .html, .mp4"):
         run.save("run.txt")
+
+
+def test_patches_lie_on_the_ground_in_their_colours():
+    corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+    scene = Scene(patches=[Patch(corners, 0.0), Patch(corners, 4.0)])
+    shown = {}
+    stage = SimpleNamespace(
+        add_mesh_simple=lambda name, vertices, faces, **look: shown.update({name: (vertices, look["color"])}),
+        **{name: lambda *values, **look: None for name in ("add_grid", "add_arrows", "add_line_segments")},
+    )
+    drawing = Drawing.__new__(Drawing)
+    drawing._scene, drawing.solids = stage, []
+    drawing._obstacles(Frames.of_trajectory(snake_env.simulate(scene=scene, duration=0.1, sample=0.1)))
+    (ice, blue), (rug, brown) = shown["/patches/0"], shown["/patches/1"]
+    assert 0.0 < ice[:, 2].max() < rug[:, 2].max() < 0.004
+    assert blue[2] > blue[0]
+    assert brown[2] < brown[0]
 
 
 def test_200_links_among_1000_pegs_are_one_batch_each():

@@ -73,6 +73,7 @@ pub enum Feature {
     ObstacleHeight,
     Bodies,
     StribeckEffect,
+    Patches,
     Skin,
     SpinFriction,
     Backlash,
@@ -106,7 +107,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 24] = {
+pub const CAPABILITIES: [Capability; 25] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -123,6 +124,7 @@ pub const CAPABILITIES: [Capability; 24] = {
             [Never, Implicit, Never],
         ),
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
+        row(Feature::Patches, "patches of other friction", "()", [Implicit, Implicit, Never]),
         row(Feature::Skin, "friction that differs forward and backward", "None", [Implicit, Implicit, Never]),
         row(Feature::SpinFriction, "friction of the ground against spin of a link", "0", [Implicit, Never, Never]),
         row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Implicit, Never]),
@@ -211,6 +213,10 @@ pub fn require_supported(
     }
     let drop = scene.stribeck.drop;
     Feature::StribeckEffect.require(on, drop != 0.0, "scene.stribeck.drop", drop)?;
+    let (has_patches, patches) = (!scene.patches.is_empty(), format!("{} patches", scene.patches.len()));
+    Feature::Patches.require(on, has_patches, "scene.patches", &patches)?;
+    let expected = "() with an input-output linearising controller, whose model has one friction";
+    require(!has_patches || controller.law == ControlLaw::Pd, "scene.patches", patches, expected)?;
     if let Some(backward) = scene.friction_backward {
         let differs = backward != scene.friction[0];
         Feature::Skin.require(on, differs, "scene.friction_backward", backward)?;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, length_or_zero, non_negative, positive, require};
 use crate::laws::{Skin, Stribeck};
-use crate::obstacles::Obstacle;
+use crate::obstacles::{Obstacle, Patch};
 use crate::slope::Slope;
 
 pub use crate::obstacles::Peg;
@@ -47,6 +47,8 @@ pub struct SceneConfig {
     pub spin_friction: f64,
     /// How friction falls in sliding (T 7.5.4); not the minimal model.
     pub stribeck: Stribeck,
+    /// Where the friction of the ground differs; not the minimal model.
+    pub patches: Vec<Patch>,
     /// Viscous coefficients along and across a link, (mu_Vx, mu_Vy) \[s/m\]; the minimal model only.
     pub viscous: [f64; 2],
     pub friction_law: FrictionLawName,
@@ -65,6 +67,7 @@ impl Default for SceneConfig {
             rolling_friction: 0.02,
             spin_friction: 0.0,
             stribeck: Stribeck::default(),
+            patches: Vec::new(),
             viscous: [0.0; 2],
             friction_law: FrictionLawName::SetValued,
             smoothing: SMOOTHING,
@@ -85,6 +88,7 @@ pub struct Scene {
     pub rolling_friction: f64,
     pub spin_friction: f64,
     pub stribeck: Stribeck,
+    pub patches: Vec<Patch>,
     pub slope: Slope,
 }
 
@@ -97,12 +101,17 @@ impl Scene {
         }
         non_negative("friction[0]", config.friction[0])?;
         non_negative("friction[1]", config.friction[1])?;
+        let has_slopes = config.obstacles.iter().any(|obstacle| obstacle.shape.has_friction_of_ground());
         let friction_backward = config.friction_backward;
         friction_backward.map_or(Ok(0.0), |backward| non_negative("friction_backward", backward))?;
         if let Some(backward) = friction_backward.filter(|&backward| backward != config.friction[0]) {
-            let has_slopes = config.obstacles.iter().any(|obstacle| obstacle.shape.has_friction_of_ground());
             let expected = "None with a height field that has the friction of the ground";
             require(!has_slopes, "friction_backward", backward, expected)?;
+        }
+        for (j, patch) in config.patches.iter().enumerate() {
+            patch.validate().map_err(|e| e.inside(&format!("patches[{j}]")))?;
+            let expected = "no patches with a height field that has the friction of the ground: give its cells theirs";
+            require(!has_slopes, &format!("patches[{j}]"), "a patch", expected)?;
         }
         let rolling_friction = non_negative("rolling_friction", config.rolling_friction)?;
         let spin_friction = length_or_zero("spin_friction", config.spin_friction)?;
@@ -112,8 +121,8 @@ impl Scene {
         non_negative("viscous[0]", config.viscous[0])?;
         non_negative("viscous[1]", config.viscous[1])?;
         positive("smoothing", config.smoothing)?;
-        let obstacles = config.obstacles.clone();
-        Ok(Self { obstacles, friction, friction_backward, rolling_friction, spin_friction, stribeck, slope })
+        let (obstacles, patches) = (config.obstacles.clone(), config.patches.clone());
+        Ok(Self { obstacles, friction, friction_backward, rolling_friction, spin_friction, stribeck, patches, slope })
     }
 
     /// Coefficients of sliding friction along and across a link, the larger ones along, and the skin.

@@ -10,7 +10,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Randomization};
 use snake_core::laws::Stribeck;
 use snake_core::noise::NoiseConfig;
-use snake_core::obstacles::Obstacle;
+use snake_core::obstacles::{Obstacle, Patch};
 use snake_core::robot::{Motor, Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::stepping::ImplicitConfig;
@@ -34,6 +34,7 @@ pub fn check(section: &str, config: &Bound<'_, PyAny>) -> PyResult<()> {
         "obstacle" => read::<Obstacle>(section, config).and_then(|c| c.validate()),
         "scene" => read::<SceneConfig>(section, config).and_then(|c| Scene::new(&c).map(drop)),
         "stribeck" => read::<Stribeck>(section, config).and_then(|c| c.validate()),
+        "patch" => read::<Patch>(section, config).and_then(|c| c.validate()),
         "gait" => read::<GaitConfig>(section, config).and_then(|c| c.validate()),
         "controller" => read::<ControllerConfig>(section, config).and_then(|c| c.validate()),
         "integrator" => read::<IntegratorConfig>(section, config).and_then(|c| c.validate()),

@@ -244,7 +244,7 @@ fn finite_point(field: &str, point: &[f64; 2]) -> Result<(), ConfigError> {
     Ok(())
 }
 
-fn validate_outline(vertices: &[[f64; 2]]) -> Result<(), ConfigError> {
+pub(super) fn validate_outline(vertices: &[[f64; 2]]) -> Result<(), ConfigError> {
     for (i, vertex) in vertices.iter().enumerate() {
         finite_point(&format!("vertices[{i}]"), vertex)?;
     }

@@ -3,6 +3,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::laws::{Skin, Stribeck, spin_coefficient};
+use crate::obstacles::Patches;
 use crate::robot::{Link, Robot};
 use crate::slope::Slope;
 use crate::stepping::PlantParameters;
@@ -18,6 +19,7 @@ pub struct PlanarSystem {
     /// Of the discs under the CGs \[m\].
     spin_radius: f64,
     stribeck: Stribeck,
+    patches: Patches,
     /// In the frame of the ground \[m/s^2\].
     gravity: Vector3<f64>,
     smallest_radius: f64,
@@ -31,13 +33,29 @@ impl PlanarSystem {
         let smallest_radius = robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min);
         let (friction, stribeck) = (Vector2::from(friction), Stribeck::default());
         let gravity = Slope::default().acceleration(robot.gravity);
-        Ok(Self { robot, controller, friction, skin: None, spin_radius: 0.0, stribeck, gravity, smallest_radius })
+        Ok(Self {
+            robot,
+            controller,
+            friction,
+            skin: None,
+            spin_radius: 0.0,
+            stribeck,
+            patches: Patches::default(),
+            gravity,
+            smallest_radius,
+        })
     }
 
     /// The same on ground with this Stribeck effect.
     #[must_use]
     pub fn on_ground_with(self, stribeck: Stribeck) -> Self {
         Self { stribeck, ..self }
+    }
+
+    /// The same on ground with these patches.
+    #[must_use]
+    pub fn with_patches(self, patches: Patches) -> Self {
+        Self { patches, ..self }
     }
 
     /// The same with these coefficients of friction, and a skin.
@@ -70,6 +88,10 @@ impl PlanarSystem {
 
     pub fn stribeck(&self) -> Stribeck {
         self.stribeck
+    }
+
+    pub fn patches(&self) -> &Patches {
+        &self.patches
     }
 
     /// Radius of the thinnest link \[m\].

@@ -2,6 +2,7 @@ use crate::capabilities::ModelName;
 use crate::contact::{gap, self_gap, wall_gap};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
+use crate::obstacles::Patches;
 use crate::planar::{Planar, PlanarSystem, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::Robot;
 use crate::scene::Scene;
@@ -21,7 +22,8 @@ impl SimulatedModel for Planar {
     fn system(robot: Robot, scene: &Scene, controller: &ControllerConfig) -> Result<PlanarSystem, ConfigError> {
         let system = PlanarSystem::new(robot, scene.friction, *controller).map_err(|e| e.inside("controller"))?;
         let system = system.covered_with(scene.sliding()).resisting_spin(scene.spin_friction);
-        Ok(system.on_ground_with(scene.stribeck).on_slope(scene.slope))
+        let system = system.on_ground_with(scene.stribeck).with_patches(Patches::new(&scene.patches));
+        Ok(system.on_slope(scene.slope))
     }
 
     fn place_initially<S: Scheme<Self>>(simulation: &mut Simulation<Self, S>) {

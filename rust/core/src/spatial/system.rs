@@ -3,6 +3,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::control::{ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require};
 use crate::laws::{Skin, Stribeck};
+use crate::obstacles::Patches;
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::stepping::PlantParameters;
@@ -20,6 +21,7 @@ pub struct SpatialSystem {
     /// mu_V.
     pub rolling_friction: f64,
     pub stribeck: Stribeck,
+    pub patches: Patches,
     /// Acceleration of gravity in frame I, whose z axis is the ground's normal \[m/s^2\].
     pub gravity: Vector3<f64>,
     pub(super) shape: ChainShape,
@@ -32,7 +34,7 @@ impl SpatialSystem {
         controller.validate()?;
         let expected = "\"pd\": the spatial model has no input-output linearisation";
         require(controller.law == ControlLaw::Pd, "law", "io", expected)?;
-        let Scene { rolling_friction, stribeck, slope, .. } = scene;
+        let Scene { rolling_friction, stribeck, patches, slope, .. } = scene;
         let (friction, skin) = scene.sliding();
         Ok(Self {
             gravity: slope.acceleration(robot.gravity),
@@ -43,6 +45,7 @@ impl SpatialSystem {
             skin,
             rolling_friction: *rolling_friction,
             stribeck: *stribeck,
+            patches: Patches::new(patches),
         })
     }
 

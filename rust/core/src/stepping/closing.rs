@@ -14,10 +14,13 @@ pub struct Closing {
     pub at: f64,
     /// Time from the end of the part to the first closing of an open contact, by its gap and rate there \[s\].
     pub forecast: f64,
+    /// Time from the start of the part at which the first contact leaves its patch of the ground; infinite if none does
+    /// \[s\].
+    pub crossing: f64,
 }
 
 impl Closing {
-    const NONE: Self = Self { at: f64::INFINITY, forecast: f64::INFINITY };
+    const NONE: Self = Self { at: f64::INFINITY, forecast: f64::INFINITY, crossing: f64::INFINITY };
 
     /// Whether a contact closes in the part that did not touch before.
     pub fn is_fresh(&self) -> bool {
@@ -88,6 +91,12 @@ impl Closings {
     pub fn add_times(&mut self, lane: usize, at: f64, forecast: f64) {
         let closing = &mut self.lanes[lane];
         (closing.at, closing.forecast) = (closing.at.min(at), closing.forecast.min(forecast));
+    }
+
+    /// Adds a time within the part at which a contact leaves its patch of the ground; infinite where none does \[s\].
+    pub fn add_crossing(&mut self, lane: usize, crossing: f64) {
+        let closing = &mut self.lanes[lane];
+        closing.crossing = closing.crossing.min(crossing);
     }
 
     /// Adds a row, see [`ClosingRow::times`].

@@ -102,9 +102,9 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         Verdicts { accepted, postponed }
     }
 
-    /// Whether the forces of the first stage predict the end of the second.
+    /// Whether the forces of the first stage predict the end of the second, on the same patches of the ground.
     fn is_smooth(&self, lane: usize) -> bool {
-        let is_abrupt = self.relative_deviation(lane) > 1.0;
+        let is_abrupt = self.relative_deviation(lane) > 1.0 || self.workspace.closing(lane).crossing < f64::INFINITY;
         !is_abrupt
     }
 

@@ -7,6 +7,7 @@
 //!   and with its cube otherwise, sets the length of the next part, or of the part that replaces a rejected one.
 //! * An impact is a jump of velocity, which no length resolves: the part before it ends where open contacts are forecast
 //!   to close, and two short Euler parts take it. The first ends the gap, the second the approach.
+//! * A part of second order that takes a contact across a border of friction is taken again up to there.
 //! * A part ends where the reference jumps. Parts after a jump and after a robot was placed begin short.
 //! * An Euler part that takes a link too deep into what it touches is halved until it does not, or is too short.
 
@@ -78,6 +79,8 @@ pub struct StepPlan {
     /// Parts of the present step that were rejected, and the longest that is tried since one took a link too deep \[s\].
     rejections: u32,
     longest: f64,
+    /// Time to the border of a patch that the part at hand would have crossed; infinite otherwise \[s\].
+    to_border: f64,
     /// Linear solves of the robot's last stage or part, see [`Model::SORTED_BY_STAGE`].
     solves: u32,
 }
@@ -93,6 +96,7 @@ impl StepPlan {
             euler_run: 0.0,
             rejections: 0,
             longest: f64::INFINITY,
+            to_border: f64::INFINITY,
             solves: 0,
         }
     }
@@ -115,11 +119,24 @@ impl StepPlan {
         let (left, end) = if to_jump < to_end { (to_jump, Ends::Jump) } else { (to_end, Ends::Interval) };
         let may_be_rejected = self.rejections < MOST_REJECTIONS;
         let is_euler = interval.is_euler || clock.euler_time > 0.0 || !may_be_rejected;
-        let wanted = if is_euler { self.euler_length } else { clock.next.min(interval.step) }.min(self.longest);
-        let is_exact = interval.is_euler || clock.ends_at_closing;
+        let own = if is_euler { self.euler_length } else { clock.next.min(interval.step).min(self.to_border) };
+        let wanted = own.min(self.longest);
+        let at_border = self.to_border < f64::INFINITY;
+        let is_exact = interval.is_euler || clock.ends_at_closing || at_border;
         let length;
         (length, self.ends) = match wanted / left {
-            share if share >= if is_exact { ALMOST } else { STRETCHED } => (left, end),
+            share
+                if share
+                    >= if at_border {
+                        1.0
+                    } else if is_exact {
+                        ALMOST
+                    } else {
+                        STRETCHED
+                    } =>
+            {
+                (left, end)
+            }
             // Two equal parts rather than a long and a tiny one.
             share if share > 0.5 && !is_exact && !is_euler => (0.5 * left, Ends::Nothing),
             _ => (wanted, Ends::Nothing),
@@ -133,6 +150,7 @@ impl StepPlan {
     pub fn accept<M: Model>(&mut self, interval: &Interval, body: &mut Body<M>) {
         self.progress += self.part.length;
         self.longest *= GROWTH_AFTER_SINKING;
+        self.to_border = f64::INFINITY;
         body.quarantine();
         if body.statistics.diverged {
             return;
@@ -208,7 +226,13 @@ impl StepPlan {
         self.rejections += 1;
         let Body { trial, clock, .. } = body;
         let length = self.part.length;
+        self.to_border = f64::INFINITY;
         let is_sunk_only = self.part.is_euler || trial.deviation <= 1.0;
+        if is_sunk_only && !self.part.is_euler && trial.closing.crossing < length {
+            body.statistics.events += 1;
+            self.to_border = trial.closing.crossing;
+            return;
+        }
         if is_sunk_only {
             self.longest = 0.5 * length;
         }
@@ -329,7 +353,8 @@ mod tests {
         let deviation = drawn(rng, &[f64::NAN, f64::INFINITY, 0.0, 1e-300, 1e300, 1.0], 3.0, 1.0);
         let at = drawn(rng, &[f64::INFINITY, f64::INFINITY, 0.0, length, 0.5 * length], 3.0, length);
         let forecast = drawn(rng, &[f64::INFINITY, f64::INFINITY, 0.0, 1e-300], 3.0, length);
-        Trial { deviation, closing: Closing { at, forecast } }
+        let crossing = drawn(rng, &[f64::INFINITY, f64::INFINITY, 0.999 * length], 3.0, length);
+        Trial { deviation, closing: Closing { at, forecast, crossing } }
     }
 
     proptest! {
@@ -367,7 +392,7 @@ mod tests {
                     let rejected = plan.part;
                     let mut next = plan;
                     next.choose_part(&interval, &robot);
-                    prop_assert!(next.part.length < 0.96 * rejected.length || next.part.is_euler && !rejected.is_euler);
+                    prop_assert!(next.part.length < rejected.length || next.part.is_euler && !rejected.is_euler);
                     prop_assert!(plan.rejections <= MOST_REJECTIONS);
                 } else {
                     robot.body.state.set_time(robot.body.state.time() + length);

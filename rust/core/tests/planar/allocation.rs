@@ -3,18 +3,21 @@
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::laws::Stribeck;
+use snake_core::obstacles::Patch;
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_7_5, SceneConfig};
 use snake_test_support::planar::{aiko, build, implicit, posture, table_7_5};
 
 use snake_test_support::allocation::REQUESTS;
 
-/// A robot with backlash on ground with falling friction.
+/// A robot with backlash on ground with falling friction, some of it ice.
 #[test]
 fn nor_does_a_step_of_a_loose_robot() {
     let wave = Wave::default();
     let robot = RobotConfig { backlash: 0.07, ..RobotConfig::default() };
-    let scene = SceneConfig { stribeck: Stribeck { drop: 0.3, speed: 0.02 }, ..table_7_5() };
+    let ice = Patch { vertices: vec![[-9.0, 0.1], [9.0, 0.1], [0.0, 9.0]], factor: 0.5 };
+    let stribeck = Stribeck { drop: 0.3, speed: 0.02 };
+    let scene = SceneConfig { stribeck, patches: vec![ice], ..table_7_5() };
     for integrator in [implicit(1e-2, 1), implicit(1e-2, 2)] {
         let mut simulation = build(&robot, &scene, &ControllerConfig::default(), &integrator);
         simulation.place_chain(START_7_5[0], START_7_5[1], START_7_5[2], &posture(&wave, 10));

@@ -78,11 +78,12 @@ impl<'py> Deserializer<'py> {
 }
 
 /// Sections of the configuration with a class of their own: name in the core, name in messages, classes of `snake_env`.
-const SECTIONS: [(&str, &str, &str); 10] = [
+const SECTIONS: [(&str, &str, &str); 11] = [
     ("RobotConfig", "robot", "Robot"),
     ("Motor", "motor", "Motor"),
     ("SceneConfig", "scene", "Scene"),
     ("Stribeck", "stribeck", "Stribeck"),
+    ("Patch", "patch", "Patch"),
     ("GaitConfig", "gait", "Gait"),
     ("ControllerConfig", "controller", "PD, a snake_env.IOLinearizing"),
     ("IntegratorConfig", "integrator", "Integrator"),

@@ -24,7 +24,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motion.reference.copy_from_slice(&self.motion.start_twist);
         self.motion.guess.copy_from_slice(&self.motion.start_twist);
         self.drives.backlash.begin_step();
-        self.stribeck.begin_step(self.motion.start_twist.iter().map(in_plane));
+        self.shares.begin_step(self.motion.start_twist.iter().map(in_plane));
         self.motors.begin_step(joint_rates(&self.motion.start_twist));
         self.closings.begin_part();
         self.self_contacts.begin_step();
@@ -54,8 +54,8 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             self.drives.backlash.extrapolate(to_reference);
         }
         self.motors.extrapolate(joint_rates(&self.result.twist));
-        if self.stribeck.is_any {
-            self.stribeck.extrapolate(self.result.twist.iter().map(in_plane));
+        if self.shares.is_any {
+            self.shares.extrapolate(self.result.twist.iter().map(in_plane));
         }
         let per_second = T::splat(1.0) / self.stage.coefficient;
         for (torque, impulse) in self.actuator_torque.iter_mut().zip(&self.result.actuator) {
@@ -199,8 +199,8 @@ impl<T: Real> Workspace<T> {
                 friction: Vector2::new(link.friction.x * c, link.friction.y * c),
             });
         }
-        if self.stribeck.is_any {
-            for (link, share) in self.stage.links.iter_mut().zip(self.stribeck.shares()) {
+        if self.shares.is_any {
+            for (link, share) in self.stage.links.iter_mut().zip(self.shares.shares()) {
                 link.friction.x = link.friction.x * share;
                 link.friction.y = link.friction.y * share;
             }
@@ -208,8 +208,8 @@ impl<T: Real> Workspace<T> {
         self.stage.spins.clear();
         let spins = self.spin_torque.iter().zip(&self.constants).map(|(_, link)| link.spin * c);
         self.stage.spins.extend(spins);
-        if self.stribeck.is_any {
-            for (spin, share) in self.stage.spins.iter_mut().zip(self.stribeck.shares()) {
+        if self.shares.is_any {
+            for (spin, share) in self.stage.spins.iter_mut().zip(self.shares.shares()) {
                 *spin = *spin * share;
             }
         }

@@ -3,7 +3,7 @@
 use crate::math::{Laned, Real};
 use crate::planar::{Body, Planar, PlanarSystem};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, mask};
-use crate::stepping::{Driven, Members, PlantParameters, StageInput};
+use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput};
 
 use super::Workspace;
 
@@ -18,7 +18,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
         self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
-        self.stribeck.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
+        self.shares.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         self.motors.load(|lane| (parameters(lane).torque_limit, &members.body(lane).warm_start.gear_friction));
         self.has_obstacles = members.any(|body| !body.obstacles.is_empty());
@@ -30,6 +30,11 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             for (lanes, torque) in self.actuator_torque.iter_mut().zip(&warm_start.joint_torque) {
                 lanes.set_lane(lane, -torque);
             }
+            let contacts = state.pose.iter().zip(&state.twist);
+            self.shares.find_patches(
+                lane,
+                contacts.map(|(pose, twist)| ContactPoint { place: pose.xy(), velocity: twist.xy() }),
+            );
             for (i, (q, u)) in state.pose.iter().zip(&state.twist).enumerate() {
                 self.motion.start_pose[i].set_lane(lane, q);
                 self.motion.start_twist[i].set_lane(lane, u);

@@ -14,7 +14,7 @@ use crate::planar::{Newton, PlanarSystem, Stage, StageSolution};
 use crate::robot::Link;
 use crate::stepping::lanes::{Lanes, NO_LANES};
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closings, EnergyLedger, JointStops, Motors, StribeckBounds};
+use crate::stepping::{Closings, EnergyLedger, FrictionShares, JointStops, Motors};
 
 use super::contacts::Contacts;
 use super::lane_fallback::LaneFallback;
@@ -35,7 +35,7 @@ pub struct Workspace<T: Real> {
     at_rest: Vec<Vector3<T>>,
     pub motion: Motion<T>,
     pub drives: Drives<T>,
-    pub stribeck: StribeckBounds<T>,
+    pub shares: FrictionShares<T>,
     /// Whether any robot's scene has obstacles; without them it does not matter how far a robot moves.
     pub has_obstacles: bool,
     /// The lanes whose robots have obstacles around them; for the others a coarse bound on their motion does.
@@ -119,7 +119,7 @@ impl<T: Real> Workspace<T> {
             at_rest: rest.clone(),
             motion: Motion::new(system),
             drives: Drives::new(system),
-            stribeck: StribeckBounds::new(links, system.stribeck().speed),
+            shares: FrictionShares::new(links, system.stribeck().speed, system.patches()),
             has_obstacles: false,
             among_obstacles: T::Mask::of(|_| false),
             near_obstacles: NO_LANES,

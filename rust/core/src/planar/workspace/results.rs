@@ -72,6 +72,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     fn end_step<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
         for lane in active(lanes) {
             self.keep_friction(lane, members.body_mut(lane));
+            if self.shares.has_patches() {
+                let ends = self.result.end.iter().map(|pose| Some(pose.lane(lane).xy()));
+                let at = self.shares.first_crossing(lane, self.motion.elapsed.lane(lane), ends);
+                self.closings.add_crossing(lane, at);
+            }
         }
         self.measure_sinking(members, lanes);
     }

@@ -30,10 +30,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.self_contacts.begin_step();
         self.drives.backlash.begin_step();
         self.motors.begin_step(self.motion.start_velocity.rate.iter().flatten().copied());
-        if self.stribeck.is_any {
+        if self.shares.is_any {
             self.motion.start_velocity.twists(&self.motion.start_frames, &self.motion.shape, &mut self.motion.expected);
             let slips = slips(&self.stage.links, &self.motion.start_frames, &self.motion.expected);
-            self.stribeck.begin_step(slips);
+            self.shares.begin_step(slips);
         }
     }
 
@@ -49,9 +49,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             self.drives.backlash.extrapolate(T::splat(EXTRAPOLATION));
         }
         self.motors.extrapolate(end.rate.iter().flatten().copied());
-        if self.stribeck.is_any {
+        if self.shares.is_any {
             end.twists(&self.motion.frames, &self.motion.shape, &mut self.motion.expected);
-            self.stribeck.extrapolate(slips(&self.stage.links, &self.motion.frames, &self.motion.expected));
+            self.shares.extrapolate(slips(&self.stage.links, &self.motion.frames, &self.motion.expected));
         }
         self.motion.guess.blend(&self.motion.start_velocity, end, T::splat(1.0 / GAMMA));
         for (reference, (start, end)) in
@@ -238,9 +238,9 @@ impl<T: Real> Workspace<T> {
             }
             link.share = [T::splat(1.0); 2];
         }
-        if self.stribeck.is_any {
+        if self.shares.is_any {
             let shares = self.stage.links.iter_mut().flat_map(|link| &mut link.share);
-            shares.zip(self.stribeck.shares()).for_each(|(share, left)| *share = left);
+            shares.zip(self.shares.shares()).for_each(|(share, left)| *share = left);
         }
     }
 

@@ -4,7 +4,7 @@ use crate::gait::CardanTarget;
 use crate::math::{Laned, Mask, Real, write_lane};
 use crate::spatial::{Spatial, SpatialSystem};
 use crate::stepping::lanes::{Lanes, active};
-use crate::stepping::{Driven, Members, PlantParameters, StageInput};
+use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput};
 
 use super::Workspace;
 
@@ -19,7 +19,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
         self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
-        self.stribeck.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
+        self.shares.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         self.motors.load(|lane| (parameters(lane).torque_limit, &members.body(lane).warm_start.gear_friction));
         for lane in 0..T::LANES {
@@ -41,6 +41,19 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             let state = &mut members.body_mut(lane).warm_start;
             if std::mem::take(&mut state.is_postponed) {
                 self.motion.guess.set_lane(lane, &state.guess);
+            }
+            if self.shares.has_patches() {
+                let Self { motion, stage, shares, .. } = self;
+                let links = stage.links.iter().zip(motion.start_frames.iter().zip(&motion.expected));
+                let contacts = links.flat_map(|(link, (frame, twist))| {
+                    let (at, twist) = (frame.axis_of(lane), twist.lane(lane));
+                    link.spheres().map(|along| {
+                        let arm = at.axis * along.lane(lane);
+                        let (place, velocity) = ((at.position + arm).xy(), twist.velocity_at(&arm).xy());
+                        ContactPoint { place, velocity }
+                    })
+                });
+                shares.find_patches(lane, contacts);
             }
         }
     }

@@ -18,7 +18,7 @@ use crate::spatial::{
     StageSolution,
 };
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closings, EnergyLedger, JointStops, Motors, StribeckBounds};
+use crate::stepping::{Closings, EnergyLedger, FrictionShares, JointStops, Motors};
 
 use super::chain_state::GroundForces;
 use super::lane_fallback::LaneFallback;
@@ -40,7 +40,7 @@ pub struct Workspace<T: Real> {
     is_varied: bool,
     pub motion: Motion<T>,
     drives: Drives<T>,
-    stribeck: StribeckBounds<T>,
+    shares: FrictionShares<T>,
     /// Which spheres the ground carried at the start of the step.
     stood: Vec<[T::Mask; 2]>,
     /// Lanes whose robots' last steps began at rest.
@@ -110,7 +110,7 @@ impl<T: Real> Workspace<T> {
             is_varied: false,
             motion: Motion::new(system),
             drives: Drives::new(system),
-            stribeck: StribeckBounds::new(2 * links, system.stribeck.speed),
+            shares: FrictionShares::new(2 * links, system.stribeck.speed, &system.patches),
             stood: vec![[T::Mask::of(|_| false); 2]; links],
             began_at_rest: T::Mask::of(|_| false),
             contacts: ObstacleContacts::with_capacity(links, T::LANES),

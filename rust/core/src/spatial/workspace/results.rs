@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::kernels::SUNK;
 use crate::contact::{KnownContact, Source};
-use crate::math::{Laned, Real, read_lane};
+use crate::math::{Laned, Mask, Real, read_lane};
 use crate::spatial::obstacle_contacts::friction_of;
 use crate::spatial::rest::is_at_rest;
 use crate::spatial::support::Support;
@@ -96,6 +96,9 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn end_step<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
+        if self.shares.has_patches() {
+            active(lanes).for_each(|lane| self.find_crossing(lane));
+        }
         self.measure_sinking(members, lanes);
     }
 
@@ -166,6 +169,20 @@ impl<T: Real> Workspace<T> {
         let across = Vector2::new(-tangent.y, tangent.x);
         let friction = self.solution.friction[link][side].map(|p| p.lane(lane));
         (tangent * friction.x + across * friction.y).push(self.solution.normal[link][side].lane(lane))
+    }
+
+    /// When the first sphere of a lane that the ground carries leaves its patch.
+    fn find_crossing(&mut self, lane: usize) {
+        let ends = self.motion.frames.iter().enumerate().flat_map(|(i, frame)| {
+            let at = frame.axis_of(lane);
+            let spheres = self.stage.links[i].spheres();
+            [0, 1].map(|end| {
+                let carries = self.stood[i][end].lane(lane) || self.forces.normal[i][end].lane(lane) > 0.0;
+                carries.then(|| (at.position + at.axis * spheres[end].lane(lane)).xy())
+            })
+        });
+        let at = self.shares.first_crossing(lane, self.motion.elapsed.lane(lane), ends);
+        self.closings.add_crossing(lane, at);
     }
 
     /// Normal impulse of the ground on a lane's link in the last stage, without those of top faces \[N s\].
