@@ -235,6 +235,51 @@ def test_convex_bodies_and_poles_have_their_places():
     assert model.geom("obstacle_1").friction[0] == 0.5
 
 
+def rubble(rng, field):
+    """Uneven ground, convex bodies and poles in any direction around a robot that starts at the origin."""
+    found = [field] if field else []
+    while len(found) < 9:
+        place = np.append(rng.uniform(-1.2, 1.2, 2), rng.uniform(0.0, 0.1))
+        if np.hypot(*place[:2]) < 0.5:
+            continue
+        found.append(Polyhedron(place + rng.uniform(-0.2, 0.2, (6, 3))))
+        end = place + rng.uniform(-0.3, 0.3, 3)
+        found.append(Cylinder(-place, -end, radius=rng.uniform(0.03, 0.1)))
+    return found
+
+
+@pytest.mark.parametrize("has_field", [False, True])
+def test_rays_over_uneven_ground_and_among_bodies_are_those_of_mujoco(has_field):
+    rng, hits = np.random.default_rng(8), 0
+    # Level below the robot, and rising around it.
+    x, y = np.meshgrid(0.07 * np.arange(41) - 1.4, 0.07 * np.arange(41) - 1.4, indexing="ij")
+    height = 0.15 * np.clip(np.hypot(x, y) - 0.2, 0.0, 1.0) * (1.0 + np.cos(9.0 * x) * np.cos(7.0 * y))
+    field = HeightField(height=height, spacing=0.07, origin=(-1.4, -1.4), friction=0.3) if has_field else None
+    robot = Robot(links=3, length=0.3)
+    for _ in range(30):
+        scene = Scene(obstacles=rubble(rng, field))
+        start = Start(position=(0.0, 0.0), heading=rng.uniform(-3.0, 3.0), posture="straight")
+        keywords = {"model": "spatial", "task": "field", "robot": robot, "start_jitter": 0.0}
+        env = SnakeEnv(**keywords, scene=scene, start=start, observation_blocks=["range"])
+        try:
+            observation, _ = env.reset(seed=0)
+        except ConfigError:
+            continue  # It would start inside something.
+        state = env.state()
+        model, data = loaded(scene, robot=robot, start=start)
+        robots = [model.body(f"link_{i}").id for i in (1, 2, 3)]
+        model.geom_group[:] = np.where(np.isin(model.geom_bodyid, robots), 5, 0)
+        turn = np.arctan2(-state.link_axis[0, 1], -state.link_axis[0, 0]) + np.linspace(-0.5, 0.5, 9) * np.pi
+        for angle, found in zip(turn, observation * env.layout["observation"][0]["scale"], strict=True):
+            ray, groups = np.array([np.cos(angle), np.sin(angle), 0.0]), np.array([1, 1, 1, 1, 1, 0], np.uint8)
+            way = mujoco.mj_ray(model, data, state.link_position[0], ray, groups, 1, -1, np.zeros(1, np.int32), None)
+            expected = min(way if way >= 0.0 else np.inf, robot.length * 3)
+            # MuJoCo keeps the heights and the vertices of meshes in single precision.
+            assert found == pytest.approx(expected, abs=2e-5)
+            hits += expected < robot.length * 3 - 1e-3
+    assert hits > 25
+
+
 @pytest.mark.parametrize(
     ("scene", "options", "field"),
     [

@@ -10,7 +10,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from snake_env import ConfigError, Motor, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start
-from snake_env.obstacles import Box, Circle, Polygon, Segment
+from snake_env.obstacles import Box, Circle, Cylinder, Polygon, Segment
 from snake_env.testing import check_vector_env
 
 BLOCKS = ["accelerometer", "gyro", "motor_torque", "touch", "touch_side", "range"]
@@ -240,6 +240,17 @@ def test_ranges_are_those_of_an_independent_geometry(model):
         np.testing.assert_allclose(found["range"], expected, atol=3e-5)
         hits += (np.array(expected) < reach - 1e-3).sum()
     assert hits > 60
+
+
+def test_rays_in_a_pipe_end_at_its_wall():
+    pipe = Cylinder((-1.0, 0.1, 0.0), (2.0, 0.1, 0.0), radius=0.4, inside=True)
+    env = sensing(1, ["range"], model="spatial", task="field", scene=Scene(obstacles=[pipe]), start_jitter=0.0)
+    found, state, _ = driven(
+        env, 0, options={"start": Start(position=(0.0, 0.0), heading=math.pi, posture="straight")}
+    )[0]
+    across = math.sqrt(0.4**2 - state.link_position[0, 0, 2] ** 2)
+    np.testing.assert_allclose(found["range"][0, [0, 8]], [across - 0.1, across + 0.1], atol=1e-6)
+    np.testing.assert_allclose(found["range"][0, 2], (across - 0.1) * math.sqrt(2.0), atol=1e-6)
 
 
 def test_rays_pass_above_lower_obstacles():

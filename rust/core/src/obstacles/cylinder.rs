@@ -11,12 +11,12 @@ use super::surface::ALONG;
 /// A cylinder between the centres of its two ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinder {
-    start: Vector3<f64>,
+    pub(super) start: Vector3<f64>,
     /// Unit vector to the other end.
-    axis: Vector3<f64>,
-    length: f64,
-    radius: f64,
-    is_pipe: bool,
+    pub(super) axis: Vector3<f64>,
+    pub(super) length: f64,
+    pub(super) radius: f64,
+    pub(super) is_pipe: bool,
 }
 
 impl Cylinder {

@@ -127,7 +127,21 @@ impl HeightField {
 
     /// Height of the surface at a point seen from above; none beside the field \[m\].
     pub fn height_at(&self, point: &Vector2<f64>) -> Option<f64> {
-        Some(self.height_over(self.below(point)?, point))
+        self.height_of_triangle_at(point, point)
+    }
+
+    /// The same of the plane of the triangle below another point.
+    pub(super) fn height_of_triangle_at(&self, within: &Vector2<f64>, point: &Vector2<f64>) -> Option<f64> {
+        Some(self.height_over(self.below(within)?, point))
+    }
+
+    pub(super) fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    /// A point in cells from the first height.
+    pub(super) fn local(&self, point: &Vector2<f64>) -> Vector2<f64> {
+        (point - Vector2::from(self.origin)) / self.spacing
     }
 
     /// Height of the plane of a triangle.
@@ -154,7 +168,7 @@ impl HeightField {
 
     /// The triangle below a point.
     fn below(&self, point: &Vector2<f64>) -> Option<Place> {
-        let local = (point - Vector2::from(self.origin)) / self.spacing;
+        let local = self.local(point);
         let cells = self.cells();
         let is_over = (0..2).all(|axis| local[axis] >= 0.0 && local[axis] <= cells[axis] as f64);
         is_over.then(|| {

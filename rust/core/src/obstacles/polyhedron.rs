@@ -87,6 +87,11 @@ impl Polyhedron {
         }
     }
 
+    /// Outward unit normals of the faces, and a point of each.
+    pub(super) fn planes(&self) -> impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + '_ {
+        self.faces.iter().map(|face| (face.normal, face.sides[0].0))
+    }
+
     pub fn rectangle(&self) -> Rectangle {
         let [low, high] = [self.low, self.high].map(|point| Vector2::new(point.x, point.y));
         Rectangle { low, high }

@@ -49,8 +49,8 @@ impl<M: RobotModel> BlockRow<M> {
             unit: "m",
             description: "distance from the leading link's CG to the nearest obstacle along 9 rays, seen from above, from \
                           the right counter-clockwise over straight ahead to the left in steps of pi/8; at most the \
-                          robot's length. In 3D the rays are horizontal: lower obstacles are not \
-                          hit, nor are height fields, polyhedra and cylinders",
+                          robot's length. In 3D the rays are horizontal, from the height of \
+                          that CG, and pass above lower obstacles",
             present: |setup| setup.has_pegs(),
             elements: |_| each(RAYS, &[("ray_#", Parity::Swapped)]),
             scale: |setup| setup.robot.total_length(),
