@@ -100,6 +100,23 @@ def test_a_copied_policy_is_the_policy():
     assert found.runs[0].steps == shipped.runs[0].steps == files.read(policy_path("field-hard"))[1]["steps"]
 
 
+@pytest.mark.parametrize("learner", ["sb3", "ppo"])
+def test_runs_are_entered_with_seed_steps_and_time(learner, tmp_path):
+    pytest.importorskip("stable_baselines3")
+    blocks = '{"observation_blocks": ["joint_angle", "heading", "wave"]}'
+    for seed in range(2):
+        command = ["train", "--config", "smoke", "--no-bar", "--learner", learner, "--seed", str(seed), "--env", blocks]
+        assert cli.main([*command, "--total-steps", "256", "--out", f"runs/{seed}"]) == 0
+    found = submit("mine", "--policy", "runs/0", "--policy", "runs/1", "--track", "proprioception")
+    assert [(run.policy, run.seed, run.steps) for run in found.runs] == [
+        ("run-0.safetensors", 0, 256),
+        ("run-1.safetensors", 1, 256),
+    ]
+    assert all(run.seconds > 0.0 and run.machine["torch"] for run in found.runs)
+    shutil.rmtree("runs")
+    assert cli.main(["verify", "entries/mine", "--episodes", "2", "--tasks", "maze", "--num-threads", "1"]) == 0
+
+
 def test_steps_count_everything_that_a_policy_builds_on_once():
     """`general` comes from perturbed courses, and imitates the policies for them, for hard fields and for corridors."""
 

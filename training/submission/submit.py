@@ -110,7 +110,7 @@ def _source(given: str) -> str:
     if is_named(given):
         return given
     folder = RunFolder(Path(given))
-    path = folder.path if not folder.path.is_dir() else folder.best if folder.best.exists() else folder.policy
+    path = folder.chosen if folder.path.is_dir() else folder.path
     if not isinstance(load_policy(path), Network | OnnxPolicy):
         raise ConfigError("policy", str(path), "a file that runs no code when it is read")
     return str(path)
