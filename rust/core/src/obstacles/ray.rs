@@ -82,7 +82,8 @@ impl Cylinder {
             return [first, last].into_iter().find(is_on).unwrap_or(f64::INFINITY);
         }
         let is_parallel = squared < PARALLEL;
-        if !is_parallel && !(half_squared >= 0.0) || is_parallel && place.norm() > self.radius {
+        let misses = if is_parallel { place.norm() > self.radius } else { half_squared < 0.0 };
+        if misses {
             return f64::INFINITY;
         }
         // Between both ends and, unless the ray is parallel to the axis, between both ends of the chord.
