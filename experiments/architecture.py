@@ -24,9 +24,9 @@ CORE = "rust/core/src"
 LAYERS: tuple[dict[str, str], ...] = (
     {"error": "ConfigError", "interrupt": "signals", "math": "lanes, trigonometry"},
     {"rows": "contacts as rows"},
-    {"laws": "force laws as convex sets", "judge": "verification of laws"},
+    {"laws": "force laws as convex sets", "judge": "verification of laws", "robot": ""},
     {"obstacles": "shapes, distances", "slope": ""},
-    {"robot": "", "scene": "", "gait": "references", "noise": ""},
+    {"scene": "", "gait": "references", "noise": ""},
     {"control": "joint controllers"},
     {"pegs": "grid of pegs"},
     {"contact": "gaps, near lists"},

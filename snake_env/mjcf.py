@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import warnings
 from collections.abc import Sequence
@@ -14,7 +15,18 @@ from numpy.typing import NDArray
 from snake_env._native import simulate
 from snake_env.config.robot import LOCK_STIFFNESS, per_link
 from snake_env.errors import ConfigError
-from snake_env.obstacles import Circle, Cylinder, HeightField, Obstacle, Polyhedron, Segment, Vertical, outlines
+from snake_env.obstacles import (
+    GROUND_FRICTION,
+    Circle,
+    Cylinder,
+    HeightField,
+    Obstacle,
+    Polyhedron,
+    Segment,
+    Vertical,
+    is_movable,
+    outlines,
+)
 
 if TYPE_CHECKING:
     from snake_env.config.controllers import PD
@@ -67,6 +79,8 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
         name = f"obstacle_{j}"
         friction = obstacle.friction if isinstance(obstacle, Obstacle) else 0.0
         contact = {"condim": 3 if friction else 1, "friction": (friction, 0.0, 0.0), **_solid(step)}
+        if is_movable(obstacle):
+            continue
         if isinstance(obstacle, HeightField):
             _add_field(world, assets, obstacle, name, ground if friction is None else contact)
             continue
@@ -83,13 +97,17 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
             _add_obstacle(world, assets, obstacle, f"{name}_top", (height - LID, height), ground)
     angles = posture.ravel().tolist()
     _add_chain(world, robot, place, angles, step)
+    lying: list[float] = []
+    for j, obstacle in enumerate(scene.obstacles, start=1):
+        if is_movable(obstacle):
+            lying += _add_disc(root, obstacle, j, robot, step)
     actuators, references = _add(root, "actuator"), []
     for (joint, axis), angle in zip(robot.joint_axes, angles, strict=True):
         if joint not in (*robot.locked, *robot.limp):
             name = _hinge(joint, axis)["name"]
             _add(actuators, "position", name=name, joint=name, **_servo(controller, robot))
             references.append(angle)
-    key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *angles))
+    key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *angles, *lying))
     key.set("ctrl", _text(tuple(references)))
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode")
@@ -189,6 +207,23 @@ def _add_obstacle(
         _add(world, "geom", name=name, type="box", size=size, pos=place, euler=turn, **contact)
         return
     _add_hull(world, assets, np.array([(*corner, z) for z in between for corner in corners]), name, contact)
+
+
+def _add_disc(root: Element, disc: Circle, j: int, robot: Robot, step: float) -> tuple[float, ...]:
+    """A free cylinder as high as the links, which touches them and obstacles without friction. Returns its pose."""
+    world, name = root.find("worldbody"), f"obstacle_{j}"
+    assert world is not None
+    half = float(per_link(robot.radius, robot.links).max())
+    body = _add(world, "body", name=name, pos=(disc.x, disc.y, half))
+    _add(body, "freejoint", name=name)
+    contact = {**_solid(step), "conaffinity": SOLID, "condim": 1, "mass": disc.mass}
+    _add(body, "geom", name=name, type="cylinder", size=(disc.radius, half), **contact)
+    contacts = root.find("contact")
+    contacts = _add(root, "contact") if contacts is None else contacts
+    mu = GROUND_FRICTION if disc.ground_friction is None else disc.ground_friction
+    friction = (mu, mu, 0.0, 0.0, 0.0)
+    _add(contacts, "pair", geom1="ground", geom2=name, condim=3, friction=friction, solref=_solref(step))
+    return disc.x, disc.y, half, 1.0, 0.0, 0.0, 0.0
 
 
 def _add_hull(world: Element, assets: Element, vertices: Array, name: str, contact: dict[str, Any]) -> None:
@@ -295,7 +330,8 @@ def _pose(
 ) -> tuple[tuple[float, ...], tuple[float, ...], Array]:
     """CG and quaternion of link 1, for the chain written here, and the angles of the joints."""
     given = {} if start is None else {"start": start}
-    run = {"model": "spatial", "robot": robot, "scene": scene, "gait": gait, "duration": 1e-6, "sample": 1e-6}
+    fixed = dataclasses.replace(scene, obstacles=[one for one in scene.obstacles if not is_movable(one)])
+    run = {"model": "spatial", "robot": robot, "scene": fixed, "gait": gait, "duration": 1e-6, "sample": 1e-6}
     begin = {name: np.asarray(value)[0] for name, value in simulate(run | given).items() if name in _POSE}
     return tuple(begin["position"][0]), tuple(_FROM_BODY_AXES @ begin["quaternion"][0]), begin["joint_angle"]
 

@@ -1,4 +1,4 @@
-"""Obstacles of a scene, fixed to the ground: pegs, walls and convex bodies by their outlines, seen from above.
+"""Obstacles of a scene: pegs, discs that can be pushed, walls and convex bodies by their outlines, seen from above.
 
 In the spatial model these are vertical bodies, without end or of a height, and there are others: uneven ground, convex
 polyhedra, poles and pipes. Lengths in m, angles in rad.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from snake_env.config.section import Section, renamed
 from snake_env.errors import ConfigError
 
 __all__ = ["Box", "Circle", "Cylinder", "HeightField", "Obstacle", "Polygon", "Polyhedron", "Segment"]
+
+GROUND_FRICTION = 0.2
+"""Of what can be pushed where it has no coefficient of its own."""
 
 Point = tuple[float, float]
 Point3 = tuple[float, float, float]
@@ -39,15 +42,17 @@ class _Body(Section):
 
 @dataclass(frozen=True)
 class Circle(_Body):
-    """A peg.
+    """A peg, or with a mass a disc that lies on the ground and can be pushed: x and y are then where it lies at first.
 
     Args:
         radius: radius [m], > 0.
         x: centre [m].
         y: centre [m].
-        friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: None; obstacles are fixed.
+        friction: Coulomb coefficient between links and the obstacle, >= 0; 0 with a mass.
+        mass: of a homogeneous disc, > 0; None: fixed. The planar model only [kg].
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
+        ground_friction: Coulomb coefficient between the ground and the disc, which presses on it evenly: besides
+            sliding, with mu m g, this resists spin, with 2/3 R mu m g. None: 0.2, as of links. Only with a mass.
     """
 
     radius: float
@@ -56,6 +61,7 @@ class Circle(_Body):
     friction: float = 0.0
     mass: float | None = None
     height: float | None = None
+    ground_friction: float | None = None
     shape: str = field(default="circle", init=False, repr=False)
 
     def moved(self, dx: float, dy: float) -> Circle:
@@ -72,7 +78,7 @@ class Segment(_Body):
         start: one end (x, y) [m].
         end: the other end (x, y) [m].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: None; obstacles are fixed.
+        mass: None; only circles can be pushed.
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
@@ -99,7 +105,7 @@ class Box(_Body):
         y: centre [m].
         angle: of the first side, from the x axis [rad].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: None; obstacles are fixed.
+        mass: None; only circles can be pushed.
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
@@ -126,7 +132,7 @@ class Polygon(_Body):
         vertices: three or more corners (x, y) in order, either way round [m]. Vertices that repeat their neighbour,
             close the ring or lie on a straight edge within round-off, a billionth of the polygon, are left out.
         friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: None; obstacles are fixed.
+        mass: None; only circles can be pushed.
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
@@ -155,7 +161,7 @@ class HeightField(_Body):
         friction: Coulomb coefficient of all faces, or an array (k - 1, l - 1) of one for each cell, >= 0. None: links
             have the scene's coefficients along and across them, on level faces with all else the ground's friction has,
             such as rolling friction.
-        mass: None; obstacles are fixed.
+        mass: None; only circles can be pushed.
     """
 
     height: Sequence[Sequence[float]]
@@ -178,7 +184,7 @@ class Polyhedron(_Body):
     Args:
         vertices: 4 to 64 points (x, y, z) that do not lie in one plane; the body is their convex hull [m].
         friction: Coulomb coefficient between links and the body, >= 0.
-        mass: None; obstacles are fixed.
+        mass: None; only circles can be pushed.
     """
 
     vertices: Sequence[Point3]
@@ -202,7 +208,7 @@ class Cylinder(_Body):
         inside: False: a solid pole with flat ends. True: a pipe, a wall without thickness that links touch on both
             sides, and open ends with rims.
         friction: Coulomb coefficient between links and the cylinder, >= 0.
-        mass: None; obstacles are fixed.
+        mass: None; only circles can be pushed.
     """
 
     start: Point3
@@ -237,6 +243,19 @@ def circles(obstacles: Sequence[Any]) -> list[tuple[float, float, float]]:
     """Radius and centre (radius, x, y) of the circular ones [m]."""
     triples = [(one.radius, one.x, one.y) if isinstance(one, Circle) else one for one in obstacles]
     return [tuple(one) for one in triples if not isinstance(one, Obstacle)]
+
+
+def is_movable(obstacle: Any) -> TypeGuard[Circle]:
+    """Whether it can be pushed."""
+    return getattr(obstacle, "mass", None) is not None
+
+
+def placed(obstacles: Sequence[Any], position: NDArray[np.float64]) -> list[Any]:
+    """The same obstacles with the k that can be pushed at (k, 2) [m]."""
+    centres = iter(position.tolist())
+    at = [next(centres) if is_movable(one) else None for one in obstacles]
+    pairs = zip(obstacles, at, strict=True)
+    return [one if there is None else dataclasses.replace(one, x=there[0], y=there[1]) for one, there in pairs]
 
 
 def outlines(obstacles: Sequence[Any]) -> list[NDArray[np.float64]]:

@@ -52,7 +52,9 @@ class State:
         link_quaternion: (n, L, 4) orientations of the links, w first; 3D only.
         normal_force: (n, L) normal force of the ground, without that of top faces, averaged over the last control
             period [N]; 3D only.
-        obstacles: (n, k, 3) radius and centre (radius, x, y) of the pegs, NaN where a robot has fewer than k [m].
+        obstacles: (n, k, 3) radius and centre (radius, x, y) of the fixed pegs, NaN where a robot has fewer than k [m].
+        obstacle_position: (n, q, 2) centres of the obstacles that can be pushed, in the order of
+            ``scene(i).obstacles``, which has where they were at first; NaN where a robot has fewer than q [m].
         obstacle_force: (n, m, 2|3) force of each obstacle on the robot, averaged over the last control period, in the
             order of ``scene(i).obstacles``; NaN where a robot has fewer than m [N].
         path: (n, p, 2) corners of the path to follow, NaN where a robot's has fewer than p [m].
@@ -80,6 +82,7 @@ class State:
     contact_force: Array
     self_contact_force: Array
     obstacles: Array
+    obstacle_position: Array
     obstacle_force: Array
     path: Array
     link_half_length: Array
@@ -144,7 +147,7 @@ def back(quaternion: Array) -> Array:
 
 CONSTANT = ("link_half_length", "link_radius", "link_cg_offset")
 """What all robots of a batch share."""
-RAGGED = ("obstacles", "obstacle_force", "path")
+RAGGED = ("obstacles", "obstacle_position", "obstacle_force", "path")
 """Tables whose lengths differ between robots, filled up with NaN in a batch."""
 
 

@@ -51,6 +51,9 @@ class Trajectory:
             the minimal model only.
         quaternion: (T, n, 4) orientations of the links, w first, from their own frame to the inertial one (T 4.1); the
             spatial model only.
+        obstacle_position: (T, k, 2) of the k obstacles of the scene that can be pushed, in its order [m]; None where
+            all are fixed. ``energy`` has theirs, ``max_penetration`` their overlaps.
+        obstacle_angle: (T, k) by which they have turned [rad].
         scene: obstacles and ground of the run.
         robot: of the run.
 
@@ -60,6 +63,7 @@ class Trajectory:
 
         velocity: (T, n, 2) of the links' CGs [m/s]; (T, n, 3) in the spatial model ("velocity").
         angular_velocity: (T, n) of the links [rad/s]; (T, n, 3), frame I, in the spatial model ("velocity").
+        obstacle_velocity: (T, k, 2) of the obstacles that can be pushed [m/s] ("velocity").
         joint_rate: (T, n - 1) [rad/s]; (T, n - 1, 2) in the spatial model, yaw and pitch ("velocity").
         ground_friction: (T, n, c, 2) friction of the ground on each link, x and y of the inertial frame, with viscous
             friction, without the moment of rolling friction [N] ("ground"). While planar links stick, their forces are
@@ -95,6 +99,9 @@ class Trajectory:
     self_contact_force: Array | None = None
     passive_velocity: Array | None = None
     quaternion: Array | None = None
+    obstacle_position: Array | None = None
+    obstacle_angle: Array | None = None
+    obstacle_velocity: Array | None = None
     velocity: Array | None = None
     angular_velocity: Array | None = None
     joint_rate: Array | None = None

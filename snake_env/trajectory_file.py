@@ -37,6 +37,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
     ),
     **dict.fromkeys(("position", "contact_force", "self_contact_force", "velocity", "angular_velocity"), tuple("xyz")),
     **dict.fromkeys(("ground_friction", "obstacle_force", "pair_force"), tuple("xyz")),
+    **dict.fromkeys(("obstacle_position", "obstacle_velocity"), tuple("xy")),
 }
 """What the last axis of an array means; arrays (T, n) of these names have one number per link or joint."""
 

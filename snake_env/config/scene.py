@@ -17,7 +17,7 @@ from snake_env.config.gait import Gait
 from snake_env.config.robot import Robot
 from snake_env.config.section import PYTHON_ONLY, Section, core_defaults, frozen
 from snake_env.errors import ConfigError
-from snake_env.obstacles import Obstacle, from_plain, moved
+from snake_env.obstacles import Obstacle, from_plain, moved, placed
 
 if TYPE_CHECKING:
     from snake_env.config.start import Start
@@ -62,7 +62,7 @@ class Patch(Section):
 
 @dataclass(frozen=True)
 class Scene(Section):
-    """Obstacles fixed to the ground, the ground's friction and its slope.
+    """Obstacles, the ground's friction and its slope.
 
     Args:
         obstacles: circles as triples (radius, x, y) [m], radius > 0, and objects of :mod:`snake_env.obstacles`.
@@ -191,6 +191,10 @@ class Scene(Section):
         if not isinstance(fields, Mapping):
             raise ConfigError("scene", repr(fields), "a mapping of field names to values")
         return cls.of(fields)
+
+    def with_obstacles_at(self, position: Any) -> Scene:
+        """The scene with the k obstacles that can be pushed at (k, 2) [m], as a state or a sample of a run has them."""
+        return dataclasses.replace(self, obstacles=placed(self.obstacles, position)) if len(position) else self
 
     def _index(self, j: int) -> int:
         return _checks.integer("obstacle", j, 1, len(self.obstacles)) - 1

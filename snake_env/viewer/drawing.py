@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env._extras import extras
-from snake_env.obstacles import circles, heights, outlines
+from snake_env.obstacles import circles, heights, outlines, placed
 from snake_env.palette import (
     BODY,
     EARTH,
@@ -63,6 +63,7 @@ class Drawing:
         self._shapes: list[tuple[NDArray[np.int64], Any]] = []
         self.solids: list[Any] = []
         """Handles of obstacles and links, which can be clicked."""
+        self._pegs: Any = None
         self._light()
         self._ground(frames)
         self._obstacles(frames)
@@ -105,6 +106,7 @@ class Drawing:
                 batched_colors=PEG,
             )
             self.solids.append(pegs)
+            self._pegs = pegs
         for k, patch in enumerate(frames.scene.patches):
             # The later ones, which count, over the others.
             flat = _prism(np.array(patch.vertices), 0.25 * RISE * (1.0 + k / len(frames.scene.patches)))
@@ -174,6 +176,9 @@ class Drawing:
 
     def show(self, frames: Frames, k: int) -> None:
         """Moves links and force arrows to frame ``k``."""
+        if frames.obstacle_position.shape[1]:
+            discs = np.array(circles(placed(frames.scene.obstacles, frames.obstacle_position[k])))
+            self._pegs.batched_positions = np.c_[discs[:, 1:], self._pegs.batched_positions[:, 2]]
         for rows, handle in self._shapes:
             handle.batched_positions = frames.position[k, rows]
             handle.batched_wxyzs = frames.quaternion[k, rows]

@@ -16,6 +16,10 @@ from snake_env.trajectory import Trajectory
 Array = NDArray[np.float64]
 
 
+NOTHING: Array = np.empty((0, 0, 2))
+"""Positions where nothing can be pushed."""
+
+
 @dataclass(frozen=True)
 class Frames:
     """T poses of L links in 3D; a planar robot lies on the ground.
@@ -30,6 +34,7 @@ class Frames:
         half_length: (L,) of the straight sides of a link [m].
         radius: (L,) of a link [m].
         scene: obstacles and ground.
+        obstacle_position: (T, k, 2) of the obstacles that can be pushed [m].
         goal: x, y of its centre [m]; None without a goal.
         goal_radius: of the goal disc [m].
         back: (3,) unit vector from the centre line of a link to its back, in its frame.
@@ -44,6 +49,7 @@ class Frames:
     half_length: Array
     radius: Array
     scene: Scene = field(default_factory=Scene)
+    obstacle_position: Array = field(default_factory=lambda: NOTHING)
     goal: Array | None = None
     goal_radius: float = 0.0
     back: tuple[float, float, float] = (0.0, 1.0, 0.0)
@@ -64,6 +70,7 @@ class Frames:
             per_link(robot.contact_half_length, robot.links),
             radius,
             trajectory.scene,
+            NOTHING if trajectory.obstacle_position is None else trajectory.obstacle_position,
             back=BACK[trajectory.quaternion is not None],
         )
 
@@ -87,6 +94,7 @@ class Frames:
             first.link_half_length,
             first.link_radius,
             scene,
+            stack["obstacle_position"],
             np.asarray(first.goal, float),
             float(first.goal_radius),
             BACK[three],
@@ -94,7 +102,7 @@ class Frames:
 
     def every(self, step: int) -> Frames:
         """Each ``step``-th pose."""
-        moving = ("time", "position", "quaternion", "force", "joint_angle", "joint_torque")
+        moving = ("time", "position", "quaternion", "force", "joint_angle", "joint_torque", "obstacle_position")
         return replace(self, **{name: getattr(self, name)[::step] for name in moving})
 
     def __len__(self) -> int:
@@ -103,7 +111,7 @@ class Frames:
 
 BACK = {False: (-1.0, 0.0, 0.0), True: (0.0, 1.0, 0.0)}
 """In the frames of links in the plane and in 3D, where it is the axis of yaw."""
-SHOWN = ("time", "link_position", "contact_force", "joint_angle", "joint_torque")
+SHOWN = ("time", "link_position", "contact_force", "joint_angle", "joint_torque", "obstacle_position")
 
 
 def _flat(joints: Array) -> Array:

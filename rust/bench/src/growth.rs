@@ -3,7 +3,7 @@
 use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
-use snake_core::environment::perception::{LinkPose, PegSensor};
+use snake_core::environment::perception::{LinkPose, PegSensor, Surroundings};
 use snake_core::environment::{EnvConfig, FieldKind, PlanarRobot, RobotModel, SpatialRobot, Task};
 use snake_core::gait::{Reference, Wave};
 use snake_core::obstacles::ObstacleGrid;
@@ -174,7 +174,14 @@ fn us_per_look(pegs: &ObstacleGrid) -> f64 {
     let [x, y, angle] = START_7_5;
     let pose = LinkPose { x, y, angle };
     let times: Vec<f64> = (0..9)
-        .map(|_| spent(|| (0..LOOKS).for_each(|_| sensor.scan(std::hint::black_box(&pose), pegs, pegs.walls()))).1.cpu)
+        .map(|_| {
+            spent(|| {
+                (0..LOOKS)
+                    .for_each(|_| sensor.scan(std::hint::black_box(&pose), &Surroundings::fixed(pegs, pegs.walls())))
+            })
+            .1
+            .cpu
+        })
         .collect();
     1e6 * median(&times) / LOOKS as f64
 }

@@ -60,7 +60,7 @@ impl TimedFleet {
         for _ in 0..SAMPLES {
             self.fleet.advance(&self.system, &mut moving, WINDOW / SAMPLES as f64, |_| true);
             for robot in &moving {
-                count += robot.body.warm_start.self_contacts.pressed_pairs();
+                count += robot.body.warm_start.self_contacts.pressed_pairs(robot.body.state.pose.len());
             }
         }
         count as f64 / (SAMPLES * ROBOTS) as f64

@@ -72,6 +72,7 @@ pub enum Feature {
     ObstacleFriction,
     ObstacleHeight,
     Bodies,
+    Movables,
     StribeckEffect,
     Patches,
     Skin,
@@ -107,7 +108,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 25] = {
+pub const CAPABILITIES: [Capability; 26] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -123,6 +124,7 @@ pub const CAPABILITIES: [Capability; 25] = {
             "vertical bodies",
             [Never, Implicit, Never],
         ),
+        row(Feature::Movables, "obstacles that can be pushed", "None", [Implicit, Never, Never]),
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
         row(Feature::Patches, "patches of other friction", "()", [Implicit, Implicit, Never]),
         row(Feature::Skin, "friction that differs forward and backward", "None", [Implicit, Implicit, Never]),
@@ -262,6 +264,8 @@ pub fn require_supported_obstacle(
 ) -> Result<(), ConfigError> {
     let Obstacle { friction, height, .. } = *obstacle;
     Feature::ObstacleFriction.require(on, friction > 0.0, &format!("{field}.friction"), friction)?;
+    let mass = obstacle.mass.unwrap_or_default();
+    Feature::Movables.require(on, obstacle.mass.is_some(), &format!("{field}.mass"), mass)?;
     let is_body = obstacle.shape.is_body();
     Feature::Bodies.require(on, is_body, field, "no vertical body")?;
     let value = height.unwrap_or(f64::INFINITY);

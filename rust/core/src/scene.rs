@@ -107,6 +107,9 @@ impl Scene {
         if let Some(backward) = friction_backward.filter(|&backward| backward != config.friction[0]) {
             let expected = "None with a height field that has the friction of the ground";
             require(!has_slopes, "friction_backward", backward, expected)?;
+            let has_movables = config.obstacles.iter().any(|obstacle| obstacle.mass.is_some());
+            let expected = "None among obstacles that can be pushed";
+            require(!has_movables, "friction_backward", backward, expected)?;
         }
         for (j, patch) in config.patches.iter().enumerate() {
             patch.validate().map_err(|e| e.inside(&format!("patches[{j}]")))?;

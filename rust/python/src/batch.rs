@@ -273,6 +273,8 @@ fn read_state<'py, M: RobotModel>(py: Python<'py>, batch: &Rows<M>, rows: &[usiz
     let environments = || rows.iter().map(|row| batch.environment(*row));
     let pegs = environments().map(|one| one.pegs().iter().map(|peg| [peg.radius, peg.x, peg.y]).collect());
     set_ragged::<3>(&dict, "obstacles", &pegs.collect::<Vec<_>>())?;
+    let moved = environments().map(|one| one.movables().map(|peg| [peg.x, peg.y]).collect());
+    set_ragged::<2>(&dict, "obstacle_position", &moved.collect::<Vec<_>>())?;
     let forces: Vec<_> = environments().map(Environment::obstacle_force).collect();
     match M::KIND {
         ModelKind::Spatial => set_ragged(&dict, "obstacle_force", &forces)?,

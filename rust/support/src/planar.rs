@@ -145,7 +145,7 @@ pub fn moving_chain(robot: &Robot, pose: &[Pose], head: Twist, omega: &[f64]) ->
         let v = twist[i - 1].xy() + lateral(i - 1) * (rear * twist[i - 1].z) + lateral(i) * (front * omega[i - 1]);
         twist[i] = Twist::new(v.x, v.y, omega[i - 1]);
     }
-    PlanarState { time: 0.0, pose: pose.to_vec(), twist }
+    PlanarState { time: 0.0, pose: pose.to_vec(), twist, movables: Vec::new() }
 }
 
 /// A straight pair of links in free space whose joint opens at `rate`.

@@ -10,7 +10,7 @@ pub enum Source {
     Obstacle(usize),
     /// The top face of an obstacle, which lies below the robot as the ground does.
     Top(usize),
-    /// Another link of the robot.
+    /// Another link of the robot, or an obstacle that can be pushed: these are numbered behind the links.
     Link(usize),
     /// Something else that no robot moves, by a number of its own.
     Fixture(usize),
@@ -40,11 +40,15 @@ impl ContactId {
         }
     }
 
-    /// Whether it is of a robot of `links` links among `obstacles` obstacles; `features` describe two links.
-    pub fn fits(&self, links: usize, obstacles: usize, features: usize) -> bool {
+    /// Whether it is of a robot of `links` links, `nodes` with what it can push, among `obstacles` obstacles; `features`
+    /// describe two links.
+    pub fn fits(&self, [links, nodes]: [usize; 2], obstacles: usize, features: usize) -> bool {
         match self.with {
-            Source::Obstacle(obstacle) | Source::Top(obstacle) => self.link < links && obstacle < obstacles,
-            Source::Link(second) => second < links && self.link < second.saturating_sub(1) && self.feature < features,
+            Source::Obstacle(obstacle) | Source::Top(obstacle) => self.link < nodes && obstacle < obstacles,
+            Source::Link(second) => {
+                let is_pair = self.link < if second < links { second.saturating_sub(1) } else { second };
+                second < nodes && is_pair && self.feature < features
+            }
             Source::Fixture(_) => self.link < links,
         }
     }
@@ -91,10 +95,11 @@ impl ContactMemory {
         self.known.push((id, known));
     }
 
-    /// Number of pairs of links that press on each other; a pair may touch at several points.
-    pub fn pressed_pairs(&self) -> usize {
+    /// Number of pairs of the first `links` links that press on each other; a pair may touch at several points.
+    pub fn pressed_pairs(&self, links: usize) -> usize {
         let mut before = None;
         let pressed = self.known.iter().filter(|(_, known)| known.force > 0.0).filter_map(|(id, _)| id.pair());
+        let pressed = pressed.filter(|[_, second]| *second < links);
         pressed.filter(|links| before.replace(*links) != Some(*links)).count()
     }
 
@@ -112,7 +117,7 @@ impl ContactMemory {
     }
 
     /// Whether all contacts fit, see [`ContactId::fits`].
-    pub fn fits(&self, links: usize, obstacles: usize, features: usize) -> bool {
+    pub fn fits(&self, links: [usize; 2], obstacles: usize, features: usize) -> bool {
         self.known.iter().all(|(id, _)| id.fits(links, obstacles, features))
     }
 }

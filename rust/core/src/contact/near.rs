@@ -192,17 +192,17 @@ impl NearObstacles {
     /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from `poses`; these
     /// are up to `displacement` \[m\] from the present ones. What the previous list holds of a pair is kept. A list
     /// without pairs is valid up to the nearest peg.
-    pub fn rebuild(
+    pub fn rebuild<'a>(
         &mut self,
         poses: impl Iterator<Item = Vector3<f64>> + Clone,
-        links: &[Link],
+        links: impl IntoIterator<Item = &'a Link> + Clone,
         obstacles: &ObstacleGrid,
         margin: f64,
         displacement: f64,
     ) {
         std::mem::swap(&mut self.pairs, &mut self.previous);
         self.clear();
-        for (i, (pose, link)) in poses.clone().zip(links).enumerate() {
+        for (i, (pose, link)) in poses.clone().zip(links.clone()).enumerate() {
             let (sin, cos) = Real::sin_cos(pose.z);
             obstacles.near(pose.x, pose.y, link.reach() + margin + SKIN).for_each(|peg| {
                 let gap = link_peg_contact(&pose, cos, sin, link, &obstacles.pegs()[peg]).gap;
@@ -241,8 +241,12 @@ impl NearObstacles {
 
 /// A distance that every point of a robot may move without touching an obstacle, not necessarily the largest; zero unless all
 /// obstacles lie outside a circle around the robot \[m\].
-pub fn clear_way(poses: impl Iterator<Item = Vector3<f64>> + Clone, links: &[Link], obstacles: &ObstacleGrid) -> f64 {
-    let Some(middle) = poses.clone().nth(links.len() / 2) else { return 0.0 };
+pub fn clear_way<'a>(
+    poses: impl Iterator<Item = Vector3<f64>> + Clone,
+    links: impl IntoIterator<Item = &'a Link> + Clone,
+    obstacles: &ObstacleGrid,
+) -> f64 {
+    let Some(middle) = poses.clone().nth(links.clone().into_iter().count() / 2) else { return 0.0 };
     let farthest = |(pose, link): (Vector3<f64>, &Link)| (pose.xy() - middle.xy()).norm() + link.reach();
     obstacles.clear_way(&middle.xy(), poses.zip(links).map(farthest).fold(0.0, f64::max))
 }

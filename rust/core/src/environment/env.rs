@@ -21,7 +21,7 @@ use super::episode::{Episode, Rules};
 use super::goal::{Goal, Target};
 use super::latency::Latency;
 use super::observation::{Delay, ObservationBlock, ObservationLayout, Setup, View};
-use super::perception::PegView;
+use super::perception::{PegView, Surroundings};
 use super::randomization::{EpisodeParameters, Randomization};
 use super::reference::ReferenceGenerator;
 use super::rng::Rng;
@@ -212,9 +212,14 @@ impl<M: RobotModel> Environment<M> {
         let steps = self.episode.steps;
         self.sensors.measure(&self.model, &self.episode, || Rng::of_step(seed, episode, steps));
         let obstacles = &self.model.simulation().body().obstacles;
-        self.peg_view.scan(|link| self.model.link(link), self.sensors.obstacles(obstacles), obstacles.walls());
+        let around = Surroundings {
+            obstacles: self.sensors.obstacles(obstacles),
+            walls: obstacles.walls(),
+            movables: self.model.movables(),
+        };
+        self.peg_view.scan(|link| self.model.link(link), &around);
         if self.sees_true_pegs {
-            self.true_pegs.scan(|link| self.model.link(link), obstacles, obstacles.walls());
+            self.true_pegs.scan(|link| self.model.link(link), &Surroundings { obstacles, ..around });
         }
         let view = View {
             model: &self.model,
@@ -293,11 +298,16 @@ impl<M: RobotModel> Environment<M> {
         self.model.simulation().body().obstacles.obstacles()
     }
 
+    /// The obstacles that can be pushed, in the order of the scene, where they are now.
+    pub fn movables(&self) -> impl Iterator<Item = Peg> + '_ {
+        self.model.movables()
+    }
+
     /// Mean force of each obstacle on the robot over the last control period, world frame, in the order of
     /// [`Self::obstacles`]; without a z part in the plane \[N\].
     pub fn obstacle_force(&self) -> Vec<[f64; 3]> {
         let body = self.model.simulation().body();
-        let mut force = vec![[0.0; 3]; body.obstacles.len()];
+        let mut force = vec![[0.0; 3]; body.obstacles.total()];
         for (obstacle, impulse) in body.obstacle_impulse.sums().iter().enumerate() {
             force[body.obstacles.index_in_scene(obstacle)] = (impulse / self.rules.period).into();
         }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::obstacles::{ObstacleGrid, WallGrid};
+use crate::obstacles::{ObstacleGrid, Peg, WallGrid};
 
 use super::config::Perception;
 
@@ -31,6 +31,22 @@ pub struct LocatedPeg {
 /// Range of the sensor of each link, where all links have one, as a share of the robot's length.
 const REACH: f64 = 0.25;
 
+/// What there is to locate; walls are known exactly.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings<'a, M> {
+    pub obstacles: &'a ObstacleGrid,
+    pub walls: &'a WallGrid,
+    /// Obstacles that can be pushed, where they are.
+    pub movables: M,
+}
+
+impl<'a> Surroundings<'a, std::iter::Empty<Peg>> {
+    /// Nothing that can be pushed.
+    pub fn fixed(obstacles: &'a ObstacleGrid, walls: &'a WallGrid) -> Self {
+        Self { obstacles, walls, movables: std::iter::empty() }
+    }
+}
+
 /// Which links have a sensor.
 #[derive(Debug, Clone)]
 pub struct PegView {
@@ -51,17 +67,21 @@ impl PegView {
     }
 
     /// Updates the sensors of the links; `link` returns their poses.
-    pub fn scan(&mut self, link: impl Fn(usize) -> LinkPose, obstacles: &ObstacleGrid, walls: &WallGrid) {
-        self.ahead.scan(&link(0), obstacles, walls);
+    pub fn scan<M: Iterator<Item = Peg> + Clone>(
+        &mut self,
+        link: impl Fn(usize) -> LinkPose,
+        around: &Surroundings<M>,
+    ) {
+        self.ahead.scan(&link(0), around);
         let Self { along, nearby, .. } = self;
         let Some(sensor) = along.first() else { return };
         let centre = link(along.len() / 2);
         let squared_distance = |pose: LinkPose| (pose.x - centre.x).powi(2) + (pose.y - centre.y).powi(2);
         let extent = (0..along.len()).map(|i| squared_distance(link(i))).fold(0.0, f64::max).sqrt();
         nearby.clear();
-        nearby.extend(obstacles.near(centre.x, centre.y, extent + sensor.range));
+        nearby.extend(around.obstacles.near(centre.x, centre.y, extent + sensor.range));
         for (i, sensor) in along.iter_mut().enumerate() {
-            sensor.scan_among(nearby.iter().copied(), &link(i), obstacles, walls);
+            sensor.scan_among(nearby.iter().copied(), &link(i), around);
         }
     }
 }
@@ -96,25 +116,27 @@ impl PegSensor {
     }
 
     /// Locates the obstacles and walls from a link at `pose`; a wall appears as a peg without size at its nearest point.
-    pub fn scan(&mut self, pose: &LinkPose, obstacles: &ObstacleGrid, walls: &WallGrid) {
-        self.scan_among(obstacles.near(pose.x, pose.y, self.range), pose, obstacles, walls);
+    pub fn scan<M: Iterator<Item = Peg> + Clone>(&mut self, pose: &LinkPose, around: &Surroundings<M>) {
+        self.scan_among(around.obstacles.near(pose.x, pose.y, self.range), pose, around);
     }
 
     /// The same where only these obstacles may be in range.
-    fn scan_among(
+    fn scan_among<M: Iterator<Item = Peg> + Clone>(
         &mut self,
         numbers: impl Iterator<Item = usize>,
         pose: &LinkPose,
-        obstacles: &ObstacleGrid,
-        walls: &WallGrid,
+        around: &Surroundings<M>,
     ) {
         self.located.clear();
-        if self.count == 0 || obstacles.is_empty() && walls.walls().is_empty() {
+        let Surroundings { obstacles, walls, movables } = around;
+        let mut movables = movables.clone().enumerate().peekable();
+        if self.count == 0 || obstacles.is_empty() && walls.walls().is_empty() && movables.peek().is_none() {
             return;
         }
         let mut farthest = self.range;
-        numbers.for_each(|number| {
-            let peg = &obstacles.pegs()[number];
+        let fixed = obstacles.pegs().len() + walls.walls().len();
+        let moved = movables.map(|(k, peg)| (fixed + k, peg));
+        numbers.map(|number| (number, obstacles.pegs()[number])).chain(moved).for_each(|(number, peg)| {
             let (x, y) = (peg.x - pose.x, peg.y - pose.y);
             let (squared, reach) = (x * x + y * y, farthest + peg.radius);
             if squared <= reach * reach * (1.0 + ROUNDING) {
@@ -169,7 +191,6 @@ const ROUNDING: f64 = 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Peg;
     use std::f64::consts::PI;
 
     #[test]
@@ -178,7 +199,7 @@ mod tests {
         let pose = LinkPose { x: 1.0, y: 0.0, angle: PI };
         let obstacles = [[0.1, 1.5, 0.2], [0.1, 1.3, -0.1], [0.3, 0.2, 0.0], [0.1, 9.0, 0.0]].map(Peg::from);
         let mut sensor = PegSensor::new(2, 1.0);
-        sensor.scan(&pose, &ObstacleGrid::new(&obstacles), &WallGrid::default());
+        sensor.scan(&pose, &Surroundings::fixed(&ObstacleGrid::new(&obstacles), &WallGrid::default()));
         let [first, second] = sensor.located() else { panic!("two obstacles of the three in range") };
         assert!((first.forward - 0.3).abs() < 1e-15 && (first.left + 0.1).abs() < 1e-15);
         assert!((second.forward - 0.5).abs() < 1e-15 && (second.left - 0.2).abs() < 1e-15);
@@ -190,10 +211,10 @@ mod tests {
         let obstacles = [[0.1, 0.3, 0.2], [0.1, 1.2, -0.25], [0.05, 2.0, 0.0]].map(Peg::from);
         let link = |i: usize| LinkPose { x: 0.1 + 0.6 * i as f64, y: 0.0, angle: PI + 0.2 * i as f64 };
         let mut peg_view = PegView::new(Perception::Body, 2, 3, 1.2);
-        peg_view.scan(link, &ObstacleGrid::new(&obstacles), &WallGrid::default());
+        peg_view.scan(link, &Surroundings::fixed(&ObstacleGrid::new(&obstacles), &WallGrid::default()));
         for (i, along) in peg_view.along.iter().enumerate() {
             let mut alone = PegSensor::new(1, 0.3);
-            alone.scan(&link(i), &ObstacleGrid::new(&obstacles), &WallGrid::default());
+            alone.scan(&link(i), &Surroundings::fixed(&ObstacleGrid::new(&obstacles), &WallGrid::default()));
             assert_eq!(along.located(), alone.located());
         }
         let seen: Vec<usize> = peg_view.along.iter().map(|sensor| sensor.located().len()).collect();
@@ -206,7 +227,10 @@ mod tests {
     fn of_pegs_at_the_same_distance_the_first_is_kept() {
         let obstacles = [[0.1, 0.0, 0.5], [0.1, 0.0, -0.5], [0.1, -0.5, 0.0], [0.1, 0.5, 0.0]].map(Peg::from);
         let mut sensor = PegSensor::new(3, 1.0);
-        sensor.scan(&LinkPose { x: 0.0, y: 0.0, angle: PI }, &ObstacleGrid::new(&obstacles), &WallGrid::default());
+        sensor.scan(
+            &LinkPose { x: 0.0, y: 0.0, angle: PI },
+            &Surroundings::fixed(&ObstacleGrid::new(&obstacles), &WallGrid::default()),
+        );
         let numbers: Vec<usize> = sensor.located().iter().map(|peg| peg.number).collect();
         assert_eq!(numbers, [0, 1, 2], "however the grid visits them");
     }
@@ -222,7 +246,7 @@ mod tests {
             .collect();
         let pose = LinkPose { x: 0.9, y: 0.7, angle: 1.0 };
         let mut sensor = PegSensor::new(6, 0.8);
-        sensor.scan(&pose, &ObstacleGrid::new(&obstacles), &WallGrid::default());
+        sensor.scan(&pose, &Surroundings::fixed(&ObstacleGrid::new(&obstacles), &WallGrid::default()));
         let distance = |p: &Peg| ((p.x - 0.9).powi(2) + (p.y - 0.7).powi(2)).sqrt() - p.radius;
         let mut all: Vec<f64> = obstacles.iter().map(distance).collect();
         all.sort_by(f64::total_cmp);

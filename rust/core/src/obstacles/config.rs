@@ -5,9 +5,9 @@ use std::sync::Arc;
 use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ConfigError, coordinate, length, non_negative, require};
+use crate::error::{ConfigError, coordinate, length, non_negative, positive, require};
 
-use super::{Body, ConvexPolygon, Cylinder, GroundFriction, HeightField, Polyhedron, outline};
+use super::{Body, ConvexPolygon, Cylinder, GroundFriction, HeightField, Movable, Polyhedron, outline};
 
 /// A circular obstacle; configured as the triple `[radius, x, y]` of the thesis's tables.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -88,6 +88,8 @@ pub struct Obstacle {
     pub friction: f64,
     /// `None` for an obstacle that is fixed \[kg\].
     pub mass: Option<f64>,
+    /// Coulomb coefficient between the ground and an obstacle that is not fixed.
+    pub ground_friction: f64,
     /// Height of its top face above the ground, `None` for an obstacle without end; the spatial model only \[m\].
     pub height: Option<f64>,
 }
@@ -109,6 +111,8 @@ impl From<[f64; 3]> for Obstacle {
 pub struct SavedObstacle {
     shape: Shape,
     friction: f64,
+    mass: Option<f64>,
+    ground_friction: f64,
     height: Option<f64>,
 }
 
@@ -121,25 +125,32 @@ impl SavedObstacle {
 
 impl From<&Obstacle> for SavedObstacle {
     fn from(obstacle: &Obstacle) -> Self {
-        Self { shape: obstacle.shape.clone(), friction: obstacle.friction, height: obstacle.height }
+        let Obstacle { shape, friction, mass, ground_friction, height } = obstacle.clone();
+        Self { shape, friction, mass, ground_friction, height }
     }
 }
 
 impl From<SavedObstacle> for Obstacle {
-    fn from(SavedObstacle { shape, friction, height }: SavedObstacle) -> Self {
-        Self { friction, height, ..Self::endless(shape) }
+    fn from(SavedObstacle { shape, friction, mass, ground_friction, height }: SavedObstacle) -> Self {
+        Self { shape, friction, mass, ground_friction, height }
     }
 }
 
 impl Obstacle {
     /// Fixed, without friction and without end.
     pub fn endless(shape: Shape) -> Self {
-        Self { shape, friction: 0.0, mass: None, height: None }
+        Self { shape, friction: 0.0, mass: None, ground_friction: GROUND_FRICTION, height: None }
     }
 
     /// Whether it is a vertical body of another outline than a circle.
     pub fn is_wall(&self) -> bool {
         matches!(self.shape, Shape::Segment { .. } | Shape::Box { .. } | Shape::Polygon { .. })
+    }
+
+    /// What can be pushed; `None` of an obstacle that is fixed.
+    pub fn movable(&self) -> Option<Movable> {
+        let (mass, Shape::Circle(peg)) = (self.mass?, &self.shape) else { return None };
+        Some(Movable::disc(*peg, mass, self.ground_friction))
     }
 
     /// Whether it is a circle without friction and without end, like the obstacles of the thesis.
@@ -151,8 +162,13 @@ impl Obstacle {
     /// Names the field that is not admissible.
     pub fn validate(&self) -> Result<(), ConfigError> {
         non_negative("friction", self.friction)?;
+        non_negative("ground_friction", self.ground_friction)?;
         if let Some(mass) = self.mass {
-            return Err(ConfigError::new("mass", mass, "None: all obstacles are fixed"));
+            positive("mass", mass)?;
+            let is_disc = matches!(self.shape, Shape::Circle(_));
+            require(is_disc, "mass", mass, "None: only circles can be pushed, other obstacles are fixed")?;
+            let smooth = "0 with a mass: links slide along what they push without friction";
+            require(self.friction == 0.0, "friction", self.friction, smooth)?;
         }
         if let Some(height) = self.height {
             length("height", height)?;
@@ -250,6 +266,9 @@ pub(super) fn validate_outline(vertices: &[[f64; 2]]) -> Result<(), ConfigError>
     }
     outline::validate(vertices)
 }
+
+/// Coulomb coefficient of the ground, as of links (T Table 7.2).
+pub const GROUND_FRICTION: f64 = 0.2;
 
 /// Shortest wall \[m\].
 const SHORTEST: f64 = 1e-9;

@@ -7,6 +7,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::config::GROUND_FRICTION;
 use super::{GroundFriction, Heights, Obstacle, Peg, Shape};
 
 /// The fields of an obstacle in a mapping: which of them it takes depends on its shape.
@@ -40,6 +41,8 @@ struct ObstacleFields {
     friction: Option<NumberOrGrid>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     mass: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    ground_friction: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     height: Option<NumberOrGrid>,
 }
@@ -91,7 +94,7 @@ impl ShapeName {
     /// In messages, with its fields: those it needs, and those that may be left out.
     fn fields(self) -> (&'static str, &'static [&'static str], &'static [&'static str]) {
         match self {
-            ShapeName::Circle => ("circle", &["radius", "x", "y"], &[]),
+            ShapeName::Circle => ("circle", &["radius", "x", "y"], &["ground_friction"]),
             ShapeName::Segment => ("segment", &["start", "end"], &[]),
             ShapeName::Box => ("box", &["size", "x", "y"], &["angle"]),
             ShapeName::Polygon => ("polygon", &["vertices"], &[]),
@@ -104,7 +107,7 @@ impl ShapeName {
 
 impl ObstacleFields {
     /// Field by name, and whether it has a value.
-    fn given(&self) -> [(&'static str, bool); 11] {
+    fn given(&self) -> [(&'static str, bool); 12] {
         [
             ("radius", self.radius.is_some()),
             ("start", self.start.is_some()),
@@ -117,6 +120,7 @@ impl ObstacleFields {
             ("spacing", self.spacing.is_some()),
             ("origin", self.origin.is_some()),
             ("inside", self.inside.is_some()),
+            ("ground_friction", self.ground_friction.is_some()),
         ]
     }
 
@@ -163,7 +167,8 @@ impl ObstacleFields {
         };
         let (friction, height) = (number(friction)?.unwrap_or(0.0), number(height)?);
         let is_vertical = !matches!(shape, Shape::Polyhedron { .. } | Shape::Cylinder { .. });
-        (is_vertical || height.is_none()).then_some(Obstacle { shape, friction, mass, height })
+        let ground_friction = self.ground_friction.unwrap_or(GROUND_FRICTION);
+        (is_vertical || height.is_none()).then_some(Obstacle { shape, friction, mass, ground_friction, height })
     }
 }
 
@@ -183,7 +188,9 @@ impl From<&Obstacle> for ObstacleFields {
         let common = Self { friction: number(friction), mass, height: height.and_then(number), ..Self::default() };
         match &obstacle.shape {
             Shape::Circle(Peg { radius, x, y }) => {
-                Self { shape: ShapeName::Circle, radius: Some(*radius), x: Some(*x), y: Some(*y), ..common }
+                let ground_friction = mass.map(|_| obstacle.ground_friction);
+                let (radius, x, y) = (Some(*radius), Some(*x), Some(*y));
+                Self { shape: ShapeName::Circle, radius, x, y, ground_friction, ..common }
             }
             Shape::Segment { start, end } => Self {
                 shape: ShapeName::Segment,
@@ -239,7 +246,7 @@ impl From<&Obstacle> for ObstacleFields {
 impl Serialize for Obstacle {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
-            Obstacle { shape: Shape::Circle(peg), friction: 0.0, mass: None, height: None } => {
+            Obstacle { shape: Shape::Circle(peg), friction: 0.0, mass: None, height: None, .. } => {
                 peg.serialize(serializer)
             }
             _ => ObstacleFields::from(self).serialize(serializer),

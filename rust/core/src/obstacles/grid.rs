@@ -2,12 +2,13 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Body, ConvexPolygon, HeightField, Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
+use super::{Body, ConvexPolygon, HeightField, Movable, Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
 use crate::error::FARTHEST;
 
 /// Pegs sorted into square cells, and walls beside them; replacing the pegs re-uses memory.
 ///
-/// Obstacles are numbered: first the pegs, then the walls, then all other bodies.
+/// Obstacles are numbered: first the pegs, then the walls, then all other bodies. Those that can be pushed are apart: where
+/// they are is part of a robot's state.
 #[derive(Debug, Clone, Default)]
 pub struct ObstacleGrid {
     pegs: Vec<Peg>,
@@ -21,6 +22,7 @@ pub struct ObstacleGrid {
     largest_radius: f64,
     walls: WallGrid,
     bodies: Vec<(Rectangle, Body)>,
+    movables: Vec<Movable>,
     /// Coulomb coefficients of the obstacles; empty where all are without friction.
     friction: Vec<f64>,
     /// Heights of the obstacles, infinite without end \[m\]; empty where all are without end.
@@ -45,7 +47,7 @@ impl ObstacleGrid {
         let of_kind = |is_one: fn(&Obstacle) -> bool| {
             obstacles.iter().enumerate().filter(move |(_, obstacle)| is_one(obstacle)).collect::<Vec<_>>()
         };
-        let circles = of_kind(|obstacle| matches!(obstacle.shape, Shape::Circle(_)));
+        let circles = of_kind(|obstacle| matches!(obstacle.shape, Shape::Circle(_)) && obstacle.mass.is_none());
         let walls = of_kind(Obstacle::is_wall);
         let bodies = of_kind(|obstacle| obstacle.shape.is_body());
         let peg = |(_, obstacle): &(usize, &Obstacle)| match obstacle.shape {
@@ -53,6 +55,7 @@ impl ObstacleGrid {
             _ => None,
         };
         let mut grid = Self::new(&circles.iter().filter_map(peg).collect::<Vec<_>>());
+        grid.movables = obstacles.iter().filter_map(Obstacle::movable).collect();
         grid.walls = WallGrid::new(walls.iter().filter_map(|(_, obstacle)| obstacle.shape.polygon()));
         let body = |(_, obstacle): &(usize, &Obstacle)| obstacle.shape.body().expect("a valid obstacle");
         grid.bodies = bodies.iter().filter_map(body).map(|body| (body.rectangle(), body)).collect();
@@ -73,7 +76,8 @@ impl ObstacleGrid {
                 .chain(grid.fields().flat_map(|(rectangle, _)| [rectangle.low, rectangle.high])),
         );
         if circles.len() < obstacles.len() {
-            grid.index_in_scene = numbered().map(|(index, _)| *index).collect();
+            let movables = of_kind(|obstacle| obstacle.mass.is_some());
+            grid.index_in_scene = numbered().chain(&movables).map(|(index, _)| *index).collect();
         }
         if !obstacles.iter().all(Obstacle::is_plain_peg) {
             grid.written = obstacles.to_vec();
@@ -99,9 +103,19 @@ impl ObstacleGrid {
         &self.walls
     }
 
-    /// Number of obstacles.
+    /// The obstacles that can be pushed, in the order of the scene.
+    pub fn movables(&self) -> &[Movable] {
+        &self.movables
+    }
+
+    /// Number of obstacles that are fixed.
     pub fn len(&self) -> usize {
         self.bodies_from() + self.bodies.len()
+    }
+
+    /// Number of all obstacles; those that can be pushed have the last numbers.
+    pub fn total(&self) -> usize {
+        self.len() + self.movables.len()
     }
 
     /// The number of the first body.
@@ -240,6 +254,7 @@ impl ObstacleGrid {
 
     /// Replaces all obstacles by pegs without friction.
     pub fn rebuild(&mut self, pegs: &[Peg]) {
+        self.movables.clear();
         if self.len() > self.pegs.len() {
             self.walls = WallGrid::default();
             self.bodies.clear();

@@ -27,8 +27,8 @@ impl ObstacleGrid {
 }
 
 impl Peg {
-    /// Infinite where the ray misses.
-    fn distance_along(&self, origin: &Vector2<f64>, ray: &Vector2<f64>) -> f64 {
+    /// Distance from a point along the ray of a unit vector, infinite where the ray misses \[m\].
+    pub fn distance_along(&self, origin: &Vector2<f64>, ray: &Vector2<f64>) -> f64 {
         let centre = Vector2::new(self.x, self.y) - origin;
         let (nearest, beside) = (ray.dot(&centre), ray.perp(&centre));
         let half_chord_squared = self.radius * self.radius - beside * beside;

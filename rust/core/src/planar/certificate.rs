@@ -55,13 +55,13 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
     certificate
 }
 
-/// Balance, joints, friction on the ground and actuators, from the head to the tail.
+/// Balance, joints, friction on the ground and actuators, from the head to the tail, and of what the robot can push.
 #[inline(always)]
 fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certificate: &mut Certificate<T>) {
     let (mut squared_friction, mut squared_joint) = (T::zero(), T::zero());
     let mut balance = ChainBalance::new(T::zero());
     let shares = stage.skin.map(|skin| skin.shares());
-    let last = stage.links.len() - 1;
+    let last = stage.chain() - 1;
     let mut contacts = stage.contacts.iter().zip(&solution.contact).peekable();
     for (i, link) in stage.links.iter().enumerate() {
         let StageLink { mass, inertia, half_length, cg_offset, .. } = *link;
@@ -101,7 +101,7 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
         let change = Vector3::new(u.x - link.reference.x, u.y - link.reference.y, u.z - link.reference.z);
         let lateral = link.heading.lateral();
         let balanced = BalancedLink { mass, inertia, half_length, cg_offset, mobility, lateral, change, applied };
-        balance.add(&balanced, i == last);
+        balance.add(&balanced, i >= last);
     }
     certificate.law = worse(certificate.law, squared_friction.sqrt());
     certificate.joint = squared_joint.sqrt();
@@ -181,7 +181,7 @@ fn joint_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, joint: 
 fn own_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
     let friction = stage.links[i].heading.to_world(solution.friction[i]);
     let mut moment = solution.spin.get(i).copied().unwrap_or(T::zero());
-    if i > 0 {
+    if (1..stage.chain()).contains(&i) {
         moment += joint_impulse(stage, solution, i - 1);
     }
     if i < solution.actuator.len() {

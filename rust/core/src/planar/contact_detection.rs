@@ -2,7 +2,7 @@
 
 use crate::contact::{NearPair, link_obstacle_gap};
 use crate::math::{Laned, Real};
-use crate::obstacles::ObstacleGrid;
+use crate::obstacles::{Nodes, ObstacleGrid};
 use crate::rows::Screw;
 use crate::stepping::lanes::{Lanes, active, mask};
 use crate::stepping::{ContactImpulse, Driven, Members, SolvedRows};
@@ -23,11 +23,12 @@ impl<T: Real> Workspace<T> {
                 continue;
             }
             let Self { contacts, motion, stage, .. } = self;
-            let robot = motion.of_lane(&system.robot.links, lane, Real::lane(stage.coefficient, lane));
+            let nodes = Nodes { links: &system.robot.links, movables: body.obstacles.movables() };
+            let robot = motion.of_lane(nodes, lane, Real::lane(stage.coefficient, lane));
             let (near, displacement, margin) = (&mut body.warm_start.near, robot.bound.displacement, robot.margin(1.0));
             if !near.covers(displacement, margin) {
                 let poses = motion.predicted.iter().map(|pose| pose.lane(lane));
-                near.rebuild(poses, robot.links, &body.obstacles, margin, displacement);
+                near.rebuild(poses, robot.nodes, &body.obstacles, margin, displacement);
             }
             let is_among_obstacles = !near.pairs().is_empty();
             if is_among_obstacles {
@@ -78,7 +79,7 @@ impl<T: Real> Workspace<T> {
     pub(super) fn end_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, obstacles: &ObstacleGrid) -> f64 {
         let (end, Heading { cos, sin }) =
             (self.result.end[pair.link].lane(lane), self.motion.heading[pair.link].lane(lane));
-        let link = &system.robot.links[pair.link];
+        let link = Nodes { links: &system.robot.links, movables: obstacles.movables() }.get(pair.link);
         link_obstacle_gap(&end, cos, sin, link, obstacles, (pair.obstacle, pair.feature))
     }
 }

@@ -57,7 +57,7 @@ impl Contacts {
             let (plane, heading, offset) = robot.plane(pair, at_end, obstacles);
             let coefficient = obstacles.friction(pair.obstacle);
             if coefficient > 0.0 && !plane.is_redundant {
-                let radius = robot.links[link].radius;
+                let radius = robot.nodes.get(link).radius;
                 let direction = plane.tangent(heading.cos, heading.sin, radius);
                 self.frictional.push(FrictionalContact {
                     found: self.rows.all().len(),
@@ -89,7 +89,7 @@ impl Contacts {
             close.truncate(count);
             close.push((index, at_end));
             // A wall that the link has crossed is looked at from the start of the step.
-            let is_covered = at_end.is_redundant && at_end.gap > -robot.links[pair.link].radius;
+            let is_covered = at_end.is_redundant && at_end.gap > -robot.nodes.get(pair.link).radius;
             count += usize::from(at_end.gap < margin && !is_covered);
             at_end.gap
         });
@@ -130,7 +130,7 @@ impl<T: Real> StageKinematics<'_, T> {
     fn contact(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
         let Heading { cos, sin } = self.heading(pair.link);
         let end = self.end(pair.link);
-        link_obstacle_contact(&end, cos, sin, &self.links[pair.link], obstacles, (pair.obstacle, pair.feature))
+        link_obstacle_contact(&end, cos, sin, self.nodes.get(pair.link), obstacles, (pair.obstacle, pair.feature))
     }
 
     /// Direction and offset of a pair, given how it is at the predicted end.
@@ -145,7 +145,7 @@ impl<T: Real> StageKinematics<'_, T> {
     /// long the step.
     fn plane(&self, pair: &NearPair, at_end: &LinkContact, obstacles: &ObstacleGrid) -> (LinkContact, Heading, f64) {
         let (i, c) = (pair.link, self.coefficient);
-        let link = &self.links[i];
+        let link = self.nodes.get(i);
         let touching = touching_distance(link, obstacles, pair.obstacle);
         let mut plane = *at_end;
         let mut at = self.heading(i);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::math::Real;
+use crate::math::{Real, add_scaled};
 use crate::robot::{Link, Robot};
 
 use super::{Heading, Pose};
@@ -44,7 +44,7 @@ pub fn assemble_chain(robot: &Robot, first: Pose, joint_angle: &[f64], pose: &mu
 
 /// Poses after moving from `from` with `twist` for `duration`, joints closed: link 1 and all angles
 /// travel along their velocities, the rest of the chain follows from the joints, whose distances from the CGs are `arms`.
-/// Writes the headings too.
+/// Writes the headings too. What follows the chain, which has as many links as `arms`, moves freely and keeps its heading.
 #[inline(always)]
 pub fn travel<T: Real>(
     arms: &[[T; 2]],
@@ -55,7 +55,7 @@ pub fn travel<T: Real>(
     heading: &mut [Heading<T>],
 ) {
     let (mut x, mut y) = (T::zero(), T::zero());
-    for i in 0..from.len() {
+    for i in 0..arms.len() {
         let theta = from[i].z + twist[i].z * duration;
         heading[i] = Heading::of(theta);
         let (Heading { cos, sin }, [front, rear]) = (heading[i], arms[i]);
@@ -67,6 +67,9 @@ pub fn travel<T: Real>(
         to[i] = Vector3::new(x, y, theta);
         (x, y) = (x + cos * rear, y + sin * rear);
     }
+    for i in arms.len()..from.len() {
+        to[i] = add_scaled(&from[i], &twist[i], duration);
+    }
 }
 
 /// Mean twists between `twist` and those that keep the joints closed at `heading`, where `twist` keeps link 1 and turns all
@@ -77,7 +80,11 @@ pub fn mean_twist<T: Real>(arms: &[[T; 2]], heading: &[Heading<T>], twist: &[Vec
     let (mut x, mut y) = (T::zero(), T::zero());
     let half = T::splat(0.5);
     for (i, u) in twist.iter().enumerate() {
-        let (Heading { cos, sin }, [front, rear]) = (heading[i], [u.z * arms[i][0], u.z * arms[i][1]]);
+        let Some(arms) = arms.get(i) else {
+            mean[i] = *u;
+            continue;
+        };
+        let (Heading { cos, sin }, [front, rear]) = (heading[i], [u.z * arms[0], u.z * arms[1]]);
         (x, y) = if i == 0 { (u.x, u.y) } else { (x - sin * front, y + cos * front) };
         mean[i] = Vector3::new(half * (u.x + x), half * (u.y + y), u.z);
         (x, y) = (x - sin * rear, y + cos * rear);

@@ -28,23 +28,25 @@ impl LaneFallback {
         Self { fallback: Fallback::new(links), stage: Stage::with_capacity(links), solution: StageSolution::new(links) }
     }
 
-    /// Solves the stage of `lane` by the fallback. `None` if the stage has a value that is not finite (a diverged robot), or
+    /// Solves the stage of `lane`, whose robot and obstacles are so many `nodes`, by the fallback. `None` if the stage has a value that is not finite (a diverged robot), or
     /// if the fallback would cost more than `solves_left`.
     pub fn solve_lane<T: Real>(
         &mut self,
         stage: &Stage<T>,
         solution: &mut StageSolution<T>,
-        lane: usize,
+        (lane, nodes): (usize, usize),
         tolerance: f64,
         solves_left: u32,
     ) -> Option<FallbackResult> {
         stage.copy_lane(lane, &mut self.stage);
+        self.stage.leave_out(nodes);
         let pairs = self.stage.pairs.iter().filter(|pair| pair.offset < NEARBY).count() as u32;
         if !self.stage.energy().is_finite() || !may_fall_back(solves_left, pairs) {
             return None;
         }
         OBSERVER.get().inspect(|observe| observe(&self.stage));
         solution.copy_lane(stage, lane, &mut self.solution);
+        self.solution.leave_out(&self.stage);
         let (solves, status) = self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance);
         solution.set_lane(stage, lane, &self.solution);
         let certificate = certify(&self.stage, &self.solution);

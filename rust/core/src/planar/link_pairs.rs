@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
 use crate::contact::{LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_contacts};
 use crate::math::{Laned, Real};
-use crate::robot::Link;
+use crate::obstacles::Nodes;
 
 use super::workspace::StageKinematics;
 use super::{Heading, StagePair};
@@ -27,6 +27,23 @@ impl<T: Real> StageKinematics<'_, T> {
         }
     }
 
+    /// Visits the contacts within the margin of what can be pushed with links and with each other.
+    pub fn visit_movable_contacts(&self, mut visit: impl FnMut([usize; 2], usize, &[PlacedLink; 2], &LinkPairContact)) {
+        let margin = self.margin(2.0);
+        visit_movable_pairs(
+            self.nodes,
+            |node| self.end(node).xy(),
+            margin,
+            |first, second| {
+                let at_end = [first, second].map(|node| self.placed(node));
+                let contact = link_pair_contact([&at_end[0], &at_end[1]], CENTRE);
+                if contact.gap < margin {
+                    visit([first, second], CENTRE, &at_end, &contact);
+                }
+            },
+        );
+    }
+
     /// The row of a contact with a penetration of `depth` \[m\]; see [`super::contacts`] for where gaps are
     /// linearised.
     pub fn row(
@@ -42,7 +59,7 @@ impl<T: Real> StageKinematics<'_, T> {
             direction: *direction,
             offset: offset(*gap, travelled, depth, self.coefficient, self.elapsed),
         };
-        let touching = self.links[pair[0]].radius + self.links[pair[1]].radius;
+        let touching = self.nodes.get(pair[0]).radius + self.nodes.get(pair[1]).radius;
         let along = |direction: &[Vector3<f64>; 2], of: &dyn Fn(usize) -> Vector3<f64>| {
             direction[0].dot(&of(pair[0])) + direction[1].dot(&of(pair[1]))
         };
@@ -60,9 +77,31 @@ impl<T: Real> StageKinematics<'_, T> {
     }
 }
 
-/// A link of a lane's robot at a pose whose direction is known.
+/// Visits the pairs that may be within `margin` of each other of nodes at these places and, behind them, something that can be
+/// pushed.
+pub fn visit_movable_pairs(
+    nodes: Nodes,
+    place: impl Fn(usize) -> Vector2<f64>,
+    margin: f64,
+    mut visit: impl FnMut(usize, usize),
+) {
+    for second in nodes.links.len()..nodes.count() {
+        let (disc, at) = (nodes.get(second), place(second));
+        for first in 0..second {
+            let reach = nodes.get(first).reach() + disc.radius + margin;
+            if (place(first) - at).norm_squared() < reach * reach {
+                visit(first, second);
+            }
+        }
+    }
+}
+
+/// The feature that describes a pair of which the second is a disc, a line without length: one of its ends.
+const CENTRE: usize = 2;
+
+/// A link of a lane's robot at a pose whose direction is known, or what can be pushed.
 pub fn place_in_lane<'a, T: Real>(
-    links: &'a [Link],
+    nodes: Nodes<'a>,
     link: usize,
     lane: usize,
     pose: &[Vector3<T>],
@@ -70,5 +109,5 @@ pub fn place_in_lane<'a, T: Real>(
 ) -> PlacedLink<'a> {
     let Heading { cos, sin } = heading[link].lane(lane);
     let axis = Vector2::new(cos, sin);
-    PlacedLink { link: &links[link], pose: pose[link].lane(lane), axis }
+    PlacedLink { link: nodes.get(link), pose: pose[link].lane(lane), axis }
 }

@@ -1,17 +1,18 @@
-//! Contacts of robots with themselves: detected before a stage is solved, stored after it.
+//! Contacts of robots with themselves and with what they can push: detected before a stage is solved, stored after it.
 
 use nalgebra::Vector3;
 
 use crate::contact::{
-    ClosePairs, ContactId, Folding, FoldingBound, KnownContact, LINK_CONTACTS_PER_LINK, PlacedLink, link_pair_contact,
-    link_pair_gap, visit_close_pairs,
+    ClosePairs, ContactId, Folding, FoldingBound, KnownContact, LINK_CONTACTS_PER_LINK, LinkPairContact, PlacedLink,
+    link_pair_contact, link_pair_gap, visit_close_pairs,
 };
 use crate::math::{Laned, Mask, Real};
-use crate::robot::{Link, Robot};
+use crate::obstacles::Nodes;
+use crate::robot::Robot;
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::{ContactImpulse, Driven, FoundRows, Members, SolvedRows};
 
-use super::link_pairs::place_in_lane;
+use super::link_pairs::{place_in_lane, visit_movable_pairs};
 use super::workspace::{Motion, Workspace};
 use super::{Planar, StagePair};
 
@@ -31,7 +32,8 @@ pub struct SelfContactDetection<T: Real> {
 }
 
 impl<T: Real> SelfContactDetection<T> {
-    pub fn new(robot: &Robot) -> Self {
+    /// Of robots among obstacles of which so many can be pushed.
+    pub fn new(robot: &Robot, movables: usize) -> Self {
         let links = &robot.links;
         Self {
             bound: robot.self_contact.then(|| FoldingBound::new(links, CLEARANCE)),
@@ -39,7 +41,7 @@ impl<T: Real> SelfContactDetection<T> {
             sharp: T::Mask::of(|_| false),
             close_pairs: ClosePairs::new(links),
             near: NO_LANES,
-            rows: FoundRows::with_capacity(0, LINK_CONTACTS_PER_LINK * links.len() * T::LANES),
+            rows: FoundRows::with_capacity(0, LINK_CONTACTS_PER_LINK * (links.len() + movables) * T::LANES),
         }
     }
 
@@ -86,24 +88,28 @@ impl<T: Real> SelfContactDetection<T> {
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes with themselves at their predicted ends.
     pub(super) fn detect_self_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes) {
-        if !self.self_contacts.is_enabled() {
+        if !self.self_contacts.is_enabled() && self.movables == 0 {
             return;
         }
-        let Self { self_contacts, stage, solution, motion, .. } = self;
+        let Self { self_contacts, stage, solution, motion, own_movables, .. } = self;
         let SelfContactDetection { rows, close_pairs, folded, sharp, near, .. } = self_contacts;
         rows.clear();
-        let links = &members.system.robot.links;
         for lane in active(pending) {
-            let known = &members.body(lane).warm_start.self_contacts;
-            if folded.lane(lane) {
-                let robot = motion.of_lane(links, lane, Real::lane(stage.coefficient, lane));
-                let pairs = close_pairs.of_lane(lane);
-                robot.visit_contacts(pairs, sharp.lane(lane), |links, feature, at_end, contact| {
-                    let known = known.of(ContactId::of_pair(links, feature));
-                    rows.add(lane, feature, known, robot.row(links, feature, at_end, contact, known.depth));
-                    near[lane] = true;
-                });
+            if !folded.lane(lane) && own_movables[lane] == 0 {
+                continue;
             }
+            let body = members.body(lane);
+            let nodes = Nodes { links: &members.system.robot.links, movables: body.obstacles.movables() };
+            let robot = motion.of_lane(nodes, lane, Real::lane(stage.coefficient, lane));
+            let mut add = |pair: [usize; 2], feature: usize, at_end: &[PlacedLink; 2], contact: &LinkPairContact| {
+                let known = body.warm_start.self_contacts.of(ContactId::of_pair(pair, feature));
+                rows.add(lane, feature, known, robot.row(pair, feature, at_end, contact, known.depth));
+                near[lane] = true;
+            };
+            if folded.lane(lane) {
+                robot.visit_contacts(close_pairs.of_lane(lane), sharp.lane(lane), &mut add);
+            }
+            robot.visit_movable_contacts(add);
         }
         rows.lay_out(stage.coefficient, &mut stage.pairs, &mut solution.pair);
     }
@@ -132,27 +138,28 @@ impl<T: Real> Workspace<T> {
 
     /// Visits the gaps at the start and at the end of the step of all pairs of a lane's links that overlap at its end by
     /// more than `depth` \[m\].
-    pub(super) fn visit_self_overlaps(&self, links: &[Link], lane: usize, depth: f64, mut visit: impl FnMut(f64, f64)) {
+    pub(super) fn visit_self_overlaps(&self, nodes: Nodes, lane: usize, depth: f64, mut visit: impl FnMut(f64, f64)) {
         let is_surprised = self.self_contacts.is_enabled() && 2.0 * self.result.deviation.lane(lane) > CLEARANCE;
-        if !self.self_contacts.near[lane] && !is_surprised {
-            return;
-        }
-        let centre = |link: usize| self.result.end[link].lane(lane).xy();
-        visit_close_pairs(links, centre, -depth, |i, j| {
-            let at_end = [i, j].map(|link| place_in_lane(links, link, lane, &self.result.end, &self.motion.heading));
+        let centre = |node: usize| self.result.end[node].lane(lane).xy();
+        let mut measure = |i: usize, j: usize| {
+            let at_end = [i, j].map(|node| place_in_lane(nodes, node, lane, &self.result.end, &self.motion.heading));
             let end = link_pair_gap([&at_end[0], &at_end[1]]);
             if end < -depth {
                 let at_start =
-                    [i, j].map(|link| PlacedLink::new(&links[link], self.motion.start_pose[link].lane(lane)));
+                    [i, j].map(|node| PlacedLink::new(nodes.get(node), self.motion.start_pose[node].lane(lane)));
                 visit(link_pair_gap([&at_start[0], &at_start[1]]), end);
             }
-        });
+        };
+        if self.self_contacts.is_enabled() && (self.self_contacts.near[lane] || is_surprised) {
+            visit_close_pairs(nodes.links, centre, -depth, &mut measure);
+        }
+        visit_movable_pairs(nodes, centre, -depth, measure);
     }
 
     /// Gap of a contact of a lane's robot with itself at the end of the step \[m\].
-    pub(super) fn end_gap_of_pair(&self, links: &[Link], lane: usize, id: ContactId) -> f64 {
+    pub(super) fn end_gap_of_pair(&self, nodes: Nodes, lane: usize, id: ContactId) -> f64 {
         let Some(pair) = id.pair() else { return f64::INFINITY };
-        let at_end = pair.map(|link| place_in_lane(links, link, lane, &self.result.end, &self.motion.heading));
+        let at_end = pair.map(|node| place_in_lane(nodes, node, lane, &self.result.end, &self.motion.heading));
         link_pair_contact([&at_end[0], &at_end[1]], id.feature).gap
     }
 }

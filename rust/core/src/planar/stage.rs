@@ -118,13 +118,19 @@ impl<T: Real> StageLink<T> {
 }
 
 impl<T: Real> Stage<T> {
+    /// Number of links that joints connect; those behind them are obstacles that can be pushed.
+    #[inline(always)]
+    pub fn chain(&self) -> usize {
+        self.joints.len() + 1
+    }
+
     pub fn with_capacity(links: usize) -> Self {
         Self {
             coefficient: T::zero(),
             skin: None,
             links: Vec::with_capacity(links),
             joints: Vec::with_capacity(links - 1),
-            spins: Vec::new(),
+            spins: Vec::with_capacity(links),
             stops: Vec::with_capacity(links - 1),
             motors: Vec::new(),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
@@ -135,6 +141,13 @@ impl<T: Real> Stage<T> {
 }
 
 impl Stage {
+    /// Leaves out obstacles that other lanes have, so that the first `nodes` links and obstacles are left.
+    pub(super) fn leave_out(&mut self, nodes: usize) {
+        self.links.truncate(nodes);
+        let has_spins = nodes > self.chain() || self.spins.iter().any(|bound| *bound > 0.0);
+        self.spins.truncate(if has_spins { nodes } else { 0 });
+    }
+
     /// Mass of the lightest link \[kg\].
     pub(super) fn lightest_mass(&self) -> f64 {
         self.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min)
@@ -150,7 +163,7 @@ impl Stage {
 
     /// Velocities of links 2..n from the joints, given the twist of link 1 and all angular velocities.
     pub fn follow_joints(&self, twist: &mut [Vector3<f64>]) {
-        for i in 1..self.links.len() {
+        for i in 1..self.chain() {
             let (near, far) = (&self.links[i - 1], &self.links[i]);
             let swing = near.heading.lateral() * (near.arms()[1] * twist[i - 1].z)
                 + far.heading.lateral() * (far.arms()[0] * twist[i].z);
@@ -210,12 +223,21 @@ pub struct StageSolution<T = f64> {
     pub pair: Vec<T>,
 }
 
+impl StageSolution {
+    /// The same as [`Stage::leave_out`] has done.
+    pub(super) fn leave_out(&mut self, stage: &Stage) {
+        self.twist.truncate(stage.links.len());
+        self.friction.truncate(stage.links.len());
+        self.spin.truncate(stage.spins.len());
+    }
+}
+
 impl<T: Real> StageSolution<T> {
     pub fn new(links: usize) -> Self {
         Self {
             twist: vec![Vector3::new(T::zero(), T::zero(), T::zero()); links],
             friction: vec![Vector2::new(T::zero(), T::zero()); links],
-            spin: Vec::new(),
+            spin: Vec::with_capacity(links),
             actuator: vec![T::zero(); links - 1],
             stop: Vec::with_capacity(links - 1),
             gear: Vec::new(),

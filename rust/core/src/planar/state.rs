@@ -2,7 +2,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::math::{Mask, Real};
-use crate::robot::Robot;
+use crate::obstacles::Movable;
+use crate::robot::{Link, Robot};
 use crate::stepping::{MAX_RATE, MAX_SPEED, RobotState};
 
 /// q_i = (x, y, theta): position of a link's CG \[m\] and absolute angle \[rad\] (T 3.4).
@@ -18,15 +19,22 @@ pub struct PlanarState {
     pub time: f64,
     pub pose: Vec<Pose>,
     pub twist: Vec<Twist>,
+    /// Of the obstacles that can be pushed.
+    #[serde(default)]
+    pub movables: Vec<Moved>,
+}
+
+/// Where an obstacle is, and how it moves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Moved {
+    pub pose: Pose,
+    pub twist: Twist,
 }
 
 impl PlanarState {
     /// Kinetic energy of all links \[J\].
     pub fn kinetic_energy(&self, robot: &Robot) -> f64 {
-        let energy = |(link, u): (&crate::robot::Link, &Twist)| {
-            0.5 * (link.mass * (u.x * u.x + u.y * u.y) + link.inertia * u.z * u.z)
-        };
-        robot.links.iter().zip(&self.twist).map(energy).sum()
+        robot.links.iter().zip(&self.twist).map(|(link, u)| link_energy(link, u)).sum()
     }
 
     /// phi_i = theta_{i+1} - theta_i (T 3.52) \[rad\].
@@ -40,15 +48,27 @@ impl PlanarState {
     }
 }
 
+/// Kinetic energy of a link \[J\].
+pub fn link_energy(link: &Link, u: &Twist) -> f64 {
+    0.5 * (link.mass * (u.x * u.x + u.y * u.y) + link.inertia * u.z * u.z)
+}
+
 impl RobotState for PlanarState {
     fn zero(links: usize) -> Self {
-        Self { time: 0.0, pose: vec![Pose::zeros(); links], twist: vec![Twist::zeros(); links] }
+        Self { time: 0.0, pose: vec![Pose::zeros(); links], twist: vec![Twist::zeros(); links], movables: Vec::new() }
+    }
+
+    fn place_movables(&mut self, movables: &[Movable]) {
+        self.movables.clear();
+        let at_rest = |start: [f64; 2]| Moved { pose: Pose::new(start[0], start[1], 0.0), twist: Twist::zeros() };
+        self.movables.extend(movables.iter().map(|movable| at_rest(movable.start)));
     }
 
     fn copy_from(&mut self, other: &Self) {
         self.time = other.time;
         self.pose.copy_from_slice(&other.pose);
         self.twist.copy_from_slice(&other.twist);
+        self.movables.clone_from(&other.movables);
     }
 
     fn time(&self) -> f64 {
@@ -61,14 +81,16 @@ impl RobotState for PlanarState {
 
     fn stop(&mut self) {
         self.twist.fill(Twist::zeros());
+        self.movables.iter_mut().for_each(|moved| moved.twist = Twist::zeros());
     }
 
-    fn fits(&self, links: usize) -> bool {
-        self.pose.len() == links && self.twist.len() == links
+    fn fits(&self, links: usize, movables: usize) -> bool {
+        self.pose.len() == links && self.twist.len() == links && self.movables.len() == movables
     }
 
     fn is_plausible(&self) -> bool {
-        is_plausible(&self.pose, &self.twist)
+        let is_one = |moved: &Moved| is_plausible(&[moved.pose], &[moved.twist]);
+        is_plausible(&self.pose, &self.twist) && self.movables.iter().all(is_one)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::stepping;
 /// What a stage passes to the next one: forces as an initial guess, and which contacts were closed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WarmStart {
-    /// Friction force on each link in its own frame \[N\].
+    /// Friction force on each link, and on what it can push, in its own frame \[N\].
     pub friction: Vec<Vector2<f64>>,
     /// Moment of the ground against the spin of each link, empty where it does not resist it \[N m\].
     #[serde(default)]
@@ -47,7 +47,8 @@ impl stepping::WarmStart for WarmStart {
     }
 
     fn clear(&mut self) {
-        self.friction.fill(Vector2::zeros());
+        self.friction.clear();
+        self.friction.resize(self.joint_torque.len() + 1, Vector2::zeros());
         self.spin.clear();
         self.joint_torque.fill(0.0);
         self.near.clear();
@@ -77,13 +78,14 @@ impl stepping::WarmStart for WarmStart {
     }
 
     fn fits(saved: &Self, links: usize, obstacles: &ObstacleGrid) -> bool {
-        saved.friction.len() == links
-            && [0, links].contains(&saved.spin.len())
+        let nodes = links + obstacles.movables().len();
+        [links, nodes].contains(&saved.friction.len())
+            && [0, links, nodes].contains(&saved.spin.len())
             && saved.joint_torque.len() == links - 1
             && [0, links - 1].contains(&saved.joint_stops.len())
             && saved.backlash.len() == links - 1
             && [0, links - 1].contains(&saved.gear_friction.len())
-            && saved.near.fits(links, obstacles)
-            && saved.self_contacts.fits(links, obstacles.len(), LINK_PAIR_CONTACTS)
+            && saved.near.fits(nodes, obstacles)
+            && saved.self_contacts.fits([links, nodes], obstacles.len(), LINK_PAIR_CONTACTS)
     }
 }

@@ -56,7 +56,7 @@ pub struct Snapshot<M: Model> {
 impl<M: Model> Snapshot<M> {
     /// Whether this can be a state of a robot of `links` links among these obstacles.
     pub fn fits(&self, links: usize, obstacles: &ObstacleGrid) -> bool {
-        self.state.fits(links) && M::WarmStart::fits(&self.warm_start, links, obstacles)
+        self.state.fits(links, obstacles.movables().len()) && M::WarmStart::fits(&self.warm_start, links, obstacles)
     }
 }
 
@@ -125,18 +125,30 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
             Some(own) => own.rebuild(pegs),
             None => self.body.obstacles = ObstacleGrid::new(pegs).into(),
         }
+        self.place_movables();
         self.clear_memory();
     }
 
     /// Replaces all obstacles, which robots may share; the caller has validated them.
     pub fn set_obstacles(&mut self, obstacles: Arc<ObstacleGrid>) {
         self.body.obstacles = obstacles;
+        self.place_movables();
         self.clear_memory();
     }
 
-    /// Sets poses and twists and clears warm starts.
+    /// Places the obstacles that can be pushed where they lie at first, at rest.
+    pub fn place_movables(&mut self) {
+        let Body { state, obstacles, .. } = &mut self.body;
+        state.place_movables(obstacles.movables());
+    }
+
+    /// Sets poses and twists and clears warm starts; obstacles that can be pushed, where the state has others than the scene,
+    /// lie as at first.
     pub fn place(&mut self, state: &M::State) {
         self.body.state.copy_from(state);
+        if !state.fits(self.robot().link_count(), self.body.obstacles.movables().len()) {
+            self.place_movables();
+        }
         self.clear_memory();
     }
 
@@ -173,7 +185,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
     /// Place in the scene of each obstacle, by its number.
     pub fn indices_of_obstacles(&self) -> Vec<usize> {
         let obstacles = &self.body.obstacles;
-        (0..obstacles.len()).map(|obstacle| obstacles.index_in_scene(obstacle)).collect()
+        (0..obstacles.total()).map(|obstacle| obstacles.index_in_scene(obstacle)).collect()
     }
 
     /// What has been recorded since it was last cleared.

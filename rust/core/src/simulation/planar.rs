@@ -1,9 +1,11 @@
 use crate::capabilities::ModelName;
-use crate::contact::{gap, self_gap, wall_gap};
+use crate::contact::{PlacedLink, gap, link_pair_gap, self_gap, wall_gap};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
-use crate::obstacles::Patches;
-use crate::planar::{Planar, PlanarSystem, Pose, Twist, assemble_chain, largest_joint_gap};
+use crate::obstacles::{Movable, Nodes, Patches};
+use crate::planar::{
+    Moved, Planar, PlanarSystem, Pose, Twist, assemble_chain, largest_joint_gap, link_energy, visit_movable_pairs,
+};
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::stepping::Body;
@@ -39,6 +41,7 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
         state.time = 0.0;
         state.twist.fill(Twist::zeros());
         assemble_chain(&self.system.robot, Pose::new(x, y, heading), joint_angle, &mut state.pose);
+        self.place_movables();
         self.clear_memory();
     }
 
@@ -47,11 +50,19 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
         &self.body.warm_start.joint_torque
     }
 
-    /// Of links and rotors \[J\].
+    /// Of links, rotors and what they push \[J\].
     pub fn kinetic_energy(&self) -> f64 {
         let (robot, state) = (&self.system.robot, &self.body.state);
         let rates = (0..robot.joint_count()).map(|joint| state.joint_rate(joint));
-        self.body.parameters.mass * state.kinetic_energy(robot) + robot.rotor_energy(1, rates)
+        let moved = self.movables().map(|(movable, moved)| link_energy(&movable.link, &moved.twist));
+        self.body.parameters.mass * state.kinetic_energy(robot)
+            + robot.rotor_energy(1, rates)
+            + moved.fold(0.0, |sum, one| sum + one)
+    }
+
+    /// The obstacles that can be pushed, and where they are.
+    pub fn movables(&self) -> impl Iterator<Item = (&Movable, &Moved)> {
+        self.body.obstacles.movables().iter().zip(&self.body.state.movables)
     }
 
     /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
@@ -59,10 +70,12 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
         let pull = self.system.pull();
         let links = self.system.robot.links.iter().zip(&self.body.state.pose);
         let work = links.map(|(link, pose)| link.mass * pull.dot(&pose.xy())).sum::<f64>();
-        self.kinetic_energy() - self.body.parameters.mass * work
+        let moved = self.movables().map(|(movable, moved)| movable.link.mass * pull.dot(&moved.pose.xy()));
+        self.kinetic_energy() - self.body.parameters.mass * work - moved.fold(0.0, |sum, one| sum + one)
     }
 
-    /// Smallest gap of a link to an obstacle now \[m\]; infinite without obstacles nearby.
+    /// Smallest gap now of a link to an obstacle, or of an obstacle that can be pushed to another \[m\]; infinite without
+    /// obstacles nearby.
     pub fn min_gap(&self) -> f64 {
         let Body { state, obstacles, .. } = &self.body;
         let mut smallest = f64::INFINITY;
@@ -72,6 +85,26 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
             });
             smallest = smallest.min(wall_gap(pose, link, obstacles));
         }
+        let nodes = Nodes { links: &self.system.robot.links, movables: obstacles.movables() };
+        let pose = |node: usize| match state.pose.get(node) {
+            Some(pose) => *pose,
+            None => state.movables[node - state.pose.len()].pose,
+        };
+        for (moved, movable) in state.movables.iter().zip(nodes.movables) {
+            obstacles.near(moved.pose.x, moved.pose.y, movable.link.radius).for_each(|peg| {
+                smallest = smallest.min(gap(&moved.pose, &movable.link, &obstacles.pegs()[peg]));
+            });
+            smallest = smallest.min(wall_gap(&moved.pose, &movable.link, obstacles));
+        }
+        visit_movable_pairs(
+            nodes,
+            |node| pose(node).xy(),
+            0.0,
+            |first, second| {
+                let placed = [first, second].map(|node| PlacedLink::new(nodes.get(node), pose(node)));
+                smallest = smallest.min(link_pair_gap([&placed[0], &placed[1]]));
+            },
+        );
         smallest
     }
 

@@ -228,6 +228,6 @@ impl WarmStart for ChainState {
             && saved.joint_torque.len() == links - 1
             && saved.backlash.len() == 2 * (links - 1)
             && [0, 2 * (links - 1)].contains(&saved.gear_friction.len())
-            && saved.contacts.fits(links, obstacles.len(), CAPSULE_CONTACTS)
+            && saved.contacts.fits([links; 2], obstacles.len(), CAPSULE_CONTACTS)
     }
 }

@@ -91,7 +91,7 @@ impl RobotState for SpatialState {
         self.twist.fill(StackedTwist::zeros());
     }
 
-    fn fits(&self, links: usize) -> bool {
+    fn fits(&self, links: usize, _movables: usize) -> bool {
         self.pose.len() == links && self.twist.len() == links
     }
 

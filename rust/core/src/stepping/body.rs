@@ -79,9 +79,12 @@ pub struct Trial {
 impl<M: Model> Body<M> {
     pub fn new(robot: &Robot, obstacles: ObstacleGrid) -> Self {
         let links = robot.link_count();
+        let mut state = M::State::zero(links);
+        state.place_movables(obstacles.movables());
         Self {
-            state: M::State::zero(links),
-            obstacle_impulse: ObstacleImpulses::zeros(obstacles.len()),
+            last_good: state.clone(),
+            state,
+            obstacle_impulse: ObstacleImpulses::zeros(obstacles.total()),
             obstacles: obstacles.into(),
             interrupt: Interrupt::default(),
             warm_start: M::WarmStart::new(links),
@@ -99,7 +102,6 @@ impl<M: Model> Body<M> {
             step_solves: 0,
             postponements: 0,
             is_plausible: true,
-            last_good: M::State::zero(links),
         }
     }
 
@@ -125,7 +127,7 @@ impl<M: Model> Body<M> {
 
     fn clear_impulses(&mut self) {
         self.contact_impulse.fill(Vector3::zeros());
-        self.obstacle_impulse.clear(self.obstacles.len());
+        self.obstacle_impulse.clear(self.obstacles.total());
         self.self_contact_impulse.fill(Vector3::zeros());
         self.ground_impulse.fill(0.0);
         self.top_impulse.fill(0.0);

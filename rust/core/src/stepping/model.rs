@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use crate::gait::WaveJets;
 use crate::math::Real;
-use crate::obstacles::ObstacleGrid;
+use crate::obstacles::{Movable, ObstacleGrid};
 use crate::robot::Robot;
 
 use super::Accuracy;
@@ -56,8 +56,10 @@ pub trait RobotState: Debug + Clone + PartialEq + Serialize + DeserializeOwned {
     fn set_time(&mut self, time: f64);
     /// All velocities become zero.
     fn stop(&mut self);
-    /// Whether it is of a robot of `links` links.
-    fn fits(&self, links: usize) -> bool;
+    /// Places obstacles that can be pushed where they lie at first, at rest; models without such have no place for them.
+    fn place_movables(&mut self, _movables: &[Movable]) {}
+    /// Whether it is of a robot of `links` links among so many obstacles that can be pushed.
+    fn fits(&self, links: usize, movables: usize) -> bool;
     /// Whether it is finite, and slow enough to be that of a robot rather than of a diverged computation.
     fn is_plausible(&self) -> bool;
 }

@@ -89,7 +89,9 @@ impl Record {
     pub(crate) fn add_contact(&mut self, contact: &ContactImpulse, weight: f64) {
         if let Source::Link(other) = contact.source {
             let links = self.stage.ground.len();
-            self.pair[contact.link * links + other] += contact.impulse * weight;
+            if other < links {
+                self.pair[contact.link * links + other] += contact.impulse * weight;
+            }
         }
     }
 }

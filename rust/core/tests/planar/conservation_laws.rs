@@ -116,7 +116,7 @@ fn move_scene<S: Scheme<Planar>>(simulation: &mut Simulation<Planar, S>, turn: f
         let v = image(u.x, u.y);
         Twist::new(v.x, v.y, flip * u.z)
     });
-    let moved = PlanarState { time: state.time, pose: pose.collect(), twist: twist.collect() };
+    let moved = PlanarState { time: state.time, pose: pose.collect(), twist: twist.collect(), movables: Vec::new() };
     simulation.set_scene_pegs(&pegs);
     simulation.place(&moved);
 }

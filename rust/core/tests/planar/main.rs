@@ -17,6 +17,7 @@ mod io_control;
 mod joint_limit_laws;
 mod link_pair_geometry;
 mod motor_laws;
+mod movable_laws;
 mod obstacle_friction;
 mod operation_count;
 mod penetration_laws;

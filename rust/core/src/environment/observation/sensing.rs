@@ -66,7 +66,14 @@ impl<M: RobotModel> BlockRow<M> {
                 let rays = std::array::from_fn::<_, RAYS, _>(direction);
                 values.fill(view.model.robot().total_length());
                 let obstacles = &view.model.simulation().body().obstacles;
-                obstacles.cast_rays(&Vector2::new(head.x, head.y), view.model.head_height(), &rays, values);
+                let eye = Vector2::new(head.x, head.y);
+                obstacles.cast_rays(&eye, view.model.head_height(), &rays, values);
+                for peg in view.model.movables() {
+                    values
+                        .iter_mut()
+                        .zip(&rays)
+                        .for_each(|(value, ray)| *value = value.min(peg.distance_along(&eye, ray)));
+                }
             },
         },
     ];

@@ -79,6 +79,11 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
         self.simulation().pegs()
     }
 
+    /// The obstacles that can be pushed, in the order of the scene, where they are now.
+    fn movables(&self) -> impl Iterator<Item = Peg> + Clone + '_ {
+        std::iter::empty()
+    }
+
     /// The entries of an action.
     fn action_entries(&self) -> &[ActionEntry];
 

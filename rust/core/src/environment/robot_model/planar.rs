@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::planar::{Heading, Planar};
+use crate::scene::Peg;
 use crate::simulation::{PlanarSimulation, PlanarSnapshot, Simulation};
 
 use super::accelerometer::Accelerometer;
@@ -65,7 +66,7 @@ impl RobotModel for PlanarRobot {
     const KIND: ModelKind = ModelKind::Planar;
     const SIGNALS: &'static [Signal<Self>] = &[
         integer("self_contacts", "pairs of links pressed on each other at the end of this step", |robot| {
-            robot.simulation.body().warm_start.self_contacts.pressed_pairs() as f64
+            robot.simulation.body().warm_start.self_contacts.pressed_pairs(robot.robot().link_count()) as f64
         }),
         float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
             robot.forces.own.iter().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()
@@ -97,6 +98,12 @@ impl RobotModel for PlanarRobot {
 
     fn reference(&self) -> &ReferenceGenerator<1> {
         &self.reference
+    }
+
+    fn movables(&self) -> impl Iterator<Item = Peg> + Clone + '_ {
+        let body = self.simulation.body();
+        let discs = body.obstacles.movables().iter().zip(&body.state.movables);
+        discs.map(|(movable, moved)| Peg { radius: movable.link.radius, x: moved.pose.x, y: moved.pose.y })
     }
 
     fn action_entries(&self) -> &[ActionEntry] {

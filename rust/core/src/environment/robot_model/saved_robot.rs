@@ -66,7 +66,7 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
         let fits = self.links() == Some(links)
             && self.axes == simulation.robot().axes
             && self.simulation.fits(links, &obstacles)
-            && self.obstacle_impulse.len() == obstacles.len()
+            && self.obstacle_impulse.len() == obstacles.total()
             && reference.restore(&self.reference);
         if fits {
             simulation.set_obstacles(obstacles);

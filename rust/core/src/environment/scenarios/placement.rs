@@ -157,6 +157,11 @@ impl Placement {
             scene.visit_obstacles(&centre, link.reach() + margin, |obstacle| {
                 places.insert(scene.index_in_scene(obstacle));
             });
+            for (k, movable) in scene.movables().iter().enumerate() {
+                if (Vector2::from(movable.start) - centre).norm() < link.reach() + movable.link.radius + margin {
+                    places.insert(scene.index_in_scene(scene.len() + k));
+                }
+            }
         }
         places
     }

@@ -30,6 +30,10 @@ pub(super) struct CoulombNewton {
 #[derive(Debug, Clone, Copy)]
 struct Link {
     chain: ChainLink,
+    /// Whether it hangs on no other link: link 1, and obstacles that can be pushed.
+    is_free: bool,
+    /// Inverse of its balance with all that hangs on it, and its load, where it is.
+    head: (Matrix3<f64>, Vector3<f64>),
     ground: GroundLaw,
     /// Of the joint before the link, and its stiffness.
     actuator: ActuatorTerm<f64>,
@@ -118,9 +122,9 @@ impl CoulombNewton {
     /// Visits all unknowns in a fixed order: value, step, and its weight in a length \[m/s\].
     pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64, f64)) {
         let (weight, mut turn) = (1.0 / self.form.weight, 0.0);
-        for (i, link) in self.links.iter_mut().enumerate() {
+        for link in &mut self.links {
             let (step, arm) = (link.step, link.half_length);
-            if i == 0 {
+            if link.is_free {
                 (0..3).for_each(|axis| visitor(&mut link.twist[axis], step[axis], [1.0, 1.0, arm][axis]));
             } else {
                 visitor(&mut link.rate, step.z - turn, arm);
@@ -137,7 +141,7 @@ impl CoulombNewton {
     /// Twists of links 2..n from that of link 1 and the joint rates.
     pub fn follow_joints(&mut self) {
         let mut before = self.links[0].twist;
-        for link in &mut self.links[1..] {
+        for link in self.links.iter_mut().skip(1).filter(|link| !link.is_free) {
             link.twist = link.chain.follow(&before, link.rate);
             before = link.twist;
         }
@@ -146,13 +150,14 @@ impl CoulombNewton {
     fn load_link(&mut self, stage: &Stage, solution: &StageSolution, i: usize) {
         let (before, link) = (&stage.links[i.saturating_sub(1)], &stage.links[i]);
         let chain = ChainLink::new(before, link);
-        let (twist, rate, actuator) = match self.links.last() {
+        let is_free = i == 0 || i >= stage.chain();
+        let (twist, rate, actuator) = match self.links.last().filter(|_| !is_free) {
             Some(last) => {
                 let rate = solution.twist[i].z - solution.twist[i - 1].z;
                 let actuator = ActuatorTerm::new(&stage.joints[i - 1], solution.actuator[i - 1]);
                 (chain.follow(&last.twist, rate), rate, actuator)
             }
-            None => (solution.twist[0], 0.0, ActuatorTerm::none()),
+            None => (solution.twist[i], 0.0, ActuatorTerm::none()),
         };
         let motor = i.checked_sub(1).and_then(|joint| {
             let (motor, impulse) = (stage.motors.get(joint)?, solution.gear.get(joint)?);
@@ -163,6 +168,8 @@ impl CoulombNewton {
         let inertia = mass_matrix(link);
         self.links.push(Link {
             chain,
+            is_free,
+            head: (Matrix3::zeros(), Vector3::zeros()),
             ground: GroundLaw::new(link, stage.skin, &solution.friction[i]),
             actuator,
             motor,
@@ -205,12 +212,13 @@ impl CoulombNewton {
         }
     }
 
-    /// Eliminates the chain from tail to head. Returns the balance of link 1.
-    fn eliminate(&mut self) -> Balance {
+    /// Eliminates the chain from tail to head, and what it can push. Returns the sign of the determinant of what is left.
+    fn eliminate(&mut self) -> f64 {
         let Self { links, contacts, friction, pairs, form, .. } = self;
         let mut contacts = contacts.iter().rev().peekable();
         let mut friction = friction.iter().rev().peekable();
-        let mut behind = Balance { matrix: Matrix3::zeros(), load: Vector3::zeros() };
+        let none = Balance { matrix: Matrix3::zeros(), load: Vector3::zeros() };
+        let (mut behind, mut orientation) = (none, 1.0);
         for (i, link) in links.iter_mut().enumerate().rev() {
             behind.matrix += link.inertia;
             behind.load -= link.missing;
@@ -225,11 +233,15 @@ impl CoulombNewton {
             for pair in pairs.iter() {
                 pair.on(i).for_each(|w| behind.load += w * pair.law.tangent(form).0);
             }
-            if i > 0 {
+            if link.is_free {
+                let Balance { matrix, load } = std::mem::replace(&mut behind, none);
+                link.head = (matrix.try_inverse().unwrap_or(Matrix3::repeat(f64::NAN)), load);
+                orientation *= matrix.determinant().signum();
+            } else {
                 behind = link.chain.eliminate(behind, link.stiffness, link.moment);
             }
         }
-        behind
+        orientation
     }
 
     /// The Newton step of all velocities and impulses, while s changes by `change`.
@@ -240,14 +252,12 @@ impl CoulombNewton {
             row.set_share_step(change);
             row.linearise(&self.contacts[row.contact], &form);
         }
-        let Balance { matrix, load } = self.eliminate();
-        let head = matrix.try_inverse().unwrap_or(Matrix3::repeat(f64::NAN));
+        let heads = self.eliminate();
         let Self { links, contacts, friction, pairs, low_rank, .. } = self;
-        let mut before = head * load;
-        for (i, link) in links.iter_mut().enumerate() {
-            if i > 0 {
-                before = link.chain.substitute(&before);
-            }
+        let mut before = Vector3::zeros();
+        for link in links.iter_mut() {
+            let (head, load) = &link.head;
+            before = if link.is_free { head * load } else { link.chain.substitute(&before) };
             (link.start, link.start_rate, link.step) = (link.twist, link.rate, before);
         }
         let couplings = pairs.iter().map(|pair| Coupling {
@@ -255,9 +265,9 @@ impl CoulombNewton {
             direction: pair.direction,
             stiffness: -pair.law.tangent(&form).1,
         });
-        low_rank.correct(couplings, &mut Chain { links, head: &head });
-        let pivots = links.iter().skip(1).map(|link| link.chain.orientation());
-        self.orientation = pivots.product::<f64>() * matrix.determinant().signum() * low_rank.orientation();
+        low_rank.correct(couplings, &mut Chain { links });
+        let pivots = links.iter().filter(|link| !link.is_free).map(|link| link.chain.orientation());
+        self.orientation = pivots.product::<f64>() * heads * low_rank.orientation();
         for link in links.iter_mut() {
             link.ground.find_step(&link.step, &form);
             link.spin.iter_mut().for_each(|spin| spin.find_step(link.step.z, &form));
@@ -297,7 +307,7 @@ impl CoupledStage for CoulombNewton {
             if let Some(spin) = &link.spin {
                 solution.spin[i] = spin.moment();
             }
-            if i > 0 {
+            if !link.is_free {
                 solution.actuator[i - 1] = link.actuator.impulse;
                 if let Some(motor) = &link.motor {
                     solution.gear[i - 1] = motor.friction;
@@ -356,12 +366,13 @@ impl CoupledStage for CoulombNewton {
         }
         self.contact_defects(&mut defect);
         let mut behind = Vector3::zeros();
-        for (i, link) in self.links.iter_mut().enumerate().rev() {
+        for link in self.links.iter_mut().rev() {
             behind += link.missing;
             let (mass, arm) = (link.mass, link.half_length);
-            if i == 0 {
+            if link.is_free {
                 defect.add_impulse(behind.xy().push(behind.z / arm).norm(), mass);
-                break;
+                behind = Vector3::zeros();
+                continue;
             }
             link.evaluate_joint();
             defect.add_impulse((link.chain.hinge_moment(&behind) - link.moment) / arm, mass);
@@ -376,10 +387,10 @@ impl CoupledStage for CoulombNewton {
 
     fn move_along(&mut self, fraction: f64) {
         let (mut before, mut turn) = (Vector3::zeros(), 0.0);
-        for (i, link) in self.links.iter_mut().enumerate() {
+        for link in &mut self.links {
             link.rate = link.start_rate + fraction * (link.step.z - turn);
             let first = link.start + link.step * fraction;
-            before = if i > 0 { link.chain.follow(&before, link.rate) } else { first };
+            before = if link.is_free { first } else { link.chain.follow(&before, link.rate) };
             (link.twist, turn) = (before, link.step.z);
             link.ground.move_along(fraction);
             link.spin.iter_mut().for_each(|spin| spin.move_along(fraction));
@@ -392,8 +403,6 @@ impl CoupledStage for CoulombNewton {
 
 struct Chain<'a> {
     links: &'a mut [Link],
-    /// Inverse of the balance of link 1.
-    head: &'a Matrix3<f64>,
 }
 
 impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
@@ -415,15 +424,16 @@ impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
             for (_, w) in coupling.links.iter().zip(&coupling.direction).filter(|(of, _)| **of == i) {
                 load += w;
             }
-            if i > 0 {
+            if link.is_free {
+                link.head.1 = std::mem::replace(&mut load, Vector3::zeros());
+            } else {
                 (load, link.constant) = link.chain.eliminate_load(load);
             }
         }
-        let mut twist = self.head * load;
-        for (i, link) in self.links.iter().enumerate() {
-            if i > 0 {
-                twist = link.chain.substitute_with(link.constant, &twist);
-            }
+        let mut twist = Vector3::zeros();
+        for link in self.links.iter() {
+            let (head, load) = &link.head;
+            twist = if link.is_free { head * load } else { link.chain.substitute_with(link.constant, &twist) };
             response.push(twist);
         }
     }

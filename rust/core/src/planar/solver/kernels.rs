@@ -21,7 +21,7 @@ impl<T: Real> Kernel for EvaluateLaws<'_, T> {
         let Self { newton, form } = self;
         if let Some(skin) = newton.skin {
             T::run(EvaluateSkin { newton, form, skin })
-        } else if newton.self_contacts.is_empty() {
+        } else if !newton.is_coupled() {
             newton.evaluate_laws::<false>(Whole, form, |_| ())
         } else {
             newton.evaluate_laws::<true>(Whole, form, |_| ())
@@ -60,7 +60,7 @@ impl<T: Real> Kernel for FrictionError<'_, T> {
     }
 }
 
-/// [`Newton::step`] with contacts between links or a skin, apart from the code of all other stages.
+/// [`Newton::step`] with contacts between links, obstacles that can be pushed or a skin, apart from the code of all other stages.
 pub(super) struct CoupledStep<'a, T: Real> {
     pub newton: &'a mut Newton<T>,
     pub active: T::Mask,

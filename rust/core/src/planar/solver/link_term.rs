@@ -66,6 +66,14 @@ impl<T: Real> LinkTerm<T> {
         (self.friction, self.actuator) = (friction, actuator);
     }
 
+    /// The same of an obstacle that can be pushed, which has no joint.
+    #[inline(always)]
+    pub fn begin_free(&mut self, link: &StageLink<T>, friction: FrictionTerm<T>) {
+        self.begin(link, &link.heading, friction, ActuatorTerm::none());
+        self.segment.place(&link.heading, &link.heading, [T::zero(); 2]);
+        (self.joint_moment, self.joint_stiffness) = (T::zero(), T::zero());
+    }
+
     /// Takes the Newton step in full in the given lanes.
     #[inline(always)]
     pub fn advance(&mut self, lanes: T::Mask) {

@@ -35,27 +35,38 @@ pub(super) fn coupling_of<T: Real>(pair: &StagePair<T>, stage: &Stage<T>) -> Cou
     Coupling { links: pair.links, direction, stiffness: T::zero() }
 }
 
-/// Appends H^-1 w to `response`; `head` is the value function of the whole chain at its free end, `constant` a
-/// workspace of one number per link.
+/// Appends H^-1 w to `response`; `head` is the value function of the whole chain at its free end, `movables` are those of the
+/// obstacles behind it at their centres, `constant` is a workspace of one number for each link and obstacle.
 #[inline(always)]
 pub(super) fn respond<'a, T: Real>(
     coupling: &Coupling<T>,
     segment: impl Fn(usize) -> &'a Segment<T>,
     head: &Quadratic<T>,
+    movables: &[Quadratic<T>],
     constant: &mut [T],
     response: &mut Vec<Vector3<T>>,
 ) {
     let zero = T::zero();
-    let mut behind = Vector3::new(zero, zero, zero);
-    for (link, constant) in constant.iter_mut().enumerate().rev() {
-        let mut own = Vector3::new(zero, zero, zero);
+    let none = Vector3::new(zero, zero, zero);
+    let own = |link: usize| {
+        let mut own = none;
         for (_, w) in coupling.links.iter().zip(&coupling.direction).filter(|(of, _)| **of == link) {
             own = add_scaled(&own, w, T::splat(-1.0));
         }
-        (behind, *constant) = segment(link).eliminate_linear(&behind, &own);
+        own
+    };
+    let mut behind = none;
+    let chain = constant.len() - movables.len();
+    for (link, constant) in constant[..chain].iter_mut().enumerate().rev() {
+        (behind, *constant) = segment(link).eliminate_linear(&behind, &own(link));
     }
     let (mut end, mut omega) = (head.minimiser_under(Vector2::new(behind.x, behind.y)), zero);
-    for (link, &constant) in constant.iter().enumerate() {
+    for (link, &constant) in constant[..chain].iter().enumerate() {
         response.push(segment(link).substitute_with(constant, &mut end, &mut omega));
+    }
+    for (node, value) in (chain..).zip(movables) {
+        let (force, constant) = segment(node).eliminate_linear(&none, &own(node));
+        let mut end = value.minimiser_under(Vector2::new(force.x, force.y));
+        response.push(segment(node).substitute_with(constant, &mut end, &mut T::zero()));
     }
 }

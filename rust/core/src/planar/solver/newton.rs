@@ -39,8 +39,9 @@ pub struct Newton<T: Real = f64> {
     pub(super) self_contacts: SelfContacts<T>,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
     head: Vector2<T>,
-    /// Value of the whole chain at that end.
+    /// Value of the whole chain at that end, and of each obstacle that can be pushed, behind the links, at its centre.
     chain: Quadratic<T>,
+    movables: Vec<Quadratic<T>>,
     /// Inverse of the least mass and of the least inertia of a link.
     mobility: [T; 2],
 }
@@ -67,6 +68,7 @@ impl<T: Real> Newton<T> {
             self_contacts: SelfContacts::new(links),
             head: Vector2::new(T::zero(), T::zero()),
             chain: Quadratic::zero(),
+            movables: Vec::with_capacity(links),
             mobility: [T::zero(); 2],
         }
     }
@@ -116,7 +118,9 @@ impl<T: Real> Newton<T> {
     /// Laws around the warm start, and twists that satisfy the joints.
     #[inline(always)]
     fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
-        debug_assert_eq!(self.links.len(), stage.links.len());
+        let chain = stage.chain();
+        self.links.resize(stage.links.len(), LinkTerm::vacant());
+        self.movables.resize(stage.links.len() - chain, Quadratic::zero());
         let (mut mass, mut inertia) = (stage.links[0].mass, stage.links[0].inertia);
         let mut before = stage.links[0].heading;
         let mut end = free_end(&stage.links[0], &solution.twist[0]);
@@ -124,6 +128,11 @@ impl<T: Real> Newton<T> {
             (mass, inertia) = (mass.min(link.mass), inertia.min(link.inertia));
             let penalty = T::splat(TUNING.penalty) * link.mass;
             let friction = FrictionTerm::new(link.friction, &solution.friction[i], penalty);
+            if i >= chain {
+                term.begin_free(link, friction);
+                term.twist = in_frame(&link.heading, &solution.twist[i]);
+                continue;
+            }
             let actuator = if i > 0 {
                 ActuatorTerm::new(&stage.joints[i - 1], solution.actuator[i - 1])
             } else {
@@ -159,7 +168,13 @@ impl<T: Real> Newton<T> {
         self.self_contacts.warm_up(stage, &solution.pair, TUNING.penalty);
     }
 
-    /// Takes one Newton step; `COUPLED` tells whether there are contacts between links.
+    /// Whether there is more than a chain: rows between links, or obstacles that can be pushed.
+    #[inline(always)]
+    pub(super) fn is_coupled(&self) -> bool {
+        !(self.self_contacts.is_empty() && self.movables.is_empty())
+    }
+
+    /// Takes one Newton step; `COUPLED` tells what [`Self::is_coupled`] does.
     #[inline(always)]
     pub(super) fn step<const COUPLED: bool>(
         &mut self,
@@ -169,8 +184,13 @@ impl<T: Real> Newton<T> {
     ) -> NewtonStep<T> {
         let mut descent = self.eliminate::<COUPLED>();
         if COUPLED {
-            self.links.iter_mut().for_each(back_substitution(self.head));
-            descent -= self.self_contacts.correct(&mut self.links, &self.chain);
+            let chain = self.links.len() - self.movables.len();
+            let (chain, free) = self.links.split_at_mut(chain);
+            chain.iter_mut().for_each(back_substitution(self.head));
+            for (link, value) in free.iter_mut().zip(&self.movables) {
+                link.step = link.segment.substitute(&mut value.minimiser().0, &mut T::zero());
+            }
+            descent -= self.self_contacts.correct(&mut self.links, &self.chain, &self.movables);
         }
         let end = self.descend::<COUPLED>(halves, descent, active, damped);
         NewtonStep {
@@ -186,7 +206,17 @@ impl<T: Real> Newton<T> {
     fn eliminate<const COUPLED: bool>(&mut self) -> T {
         let mut behind = Quadratic::zero();
         let (mut moment_behind, mut descent) = (T::zero(), T::zero());
-        for (i, link) in self.links.iter_mut().enumerate().rev() {
+        let chain = self.links.len() - self.movables.len();
+        for ((i, link), value) in self.links.iter_mut().enumerate().skip(chain).zip(&mut self.movables) {
+            let mut own = link.model;
+            if COUPLED {
+                own.subtract_force(&self.self_contacts.force[i]);
+            }
+            let (at_centre, decrease) = link.segment.eliminate(Quadratic::zero(), own, T::zero());
+            *value = at_centre;
+            descent += decrease + at_centre.minimiser().1;
+        }
+        for (i, link) in self.links[..chain].iter_mut().enumerate().rev() {
             let mut own = link.model;
             if COUPLED {
                 own.subtract_force(&self.self_contacts.force[i]);
@@ -330,7 +360,7 @@ impl<T: Real> Newton<T> {
             let velocity = stage.links[i].heading.to_world(link.twist.xy());
             solution.twist[i] = Vector3::new(velocity.x, velocity.y, link.twist.z);
             solution.friction[i] = link.friction.impulse();
-            if i > 0 {
+            if (1..stage.chain()).contains(&i) {
                 solution.actuator[i - 1] = link.actuator.impulse;
             }
         }
@@ -361,7 +391,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
 
     #[inline(always)]
     fn newton_step(&mut self, active: T::Mask, damped: bool) -> NewtonStep<T> {
-        if self.self_contacts.is_empty() && self.skin.is_none() {
+        if !self.is_coupled() && self.skin.is_none() {
             self.step::<false>(Whole, active, damped)
         } else {
             T::run(CoupledStep { newton: self, active, damped })

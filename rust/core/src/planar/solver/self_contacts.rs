@@ -53,6 +53,10 @@ impl<T: Real> SelfContacts<T> {
     /// first link.
     #[inline(always)]
     pub fn warm_up(&mut self, stage: &Stage<T>, impulses: &[T], penalty: f64) {
+        let zero = Vector3::new(T::zero(), T::zero(), T::zero());
+        self.force.resize(stage.links.len(), zero);
+        self.remainder.resize(stage.links.len(), zero);
+        self.constant.resize(stage.links.len(), T::zero());
         self.terms.clear();
         for (pair, &impulse) in stage.pairs.iter().zip(impulses) {
             let penalty = T::splat(penalty) * stage.links[pair.links[0]].mass;
@@ -83,9 +87,9 @@ impl<T: Real> SelfContacts<T> {
 
     /// Turns the steps of the links without the contacts' stiffness into those with it, see [`LowRank::correct`].
     #[inline(always)]
-    pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>) -> T {
+    pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>, movables: &[Quadratic<T>]) -> T {
         let couplings = self.terms.iter().map(|term| term.coupling);
-        let mut chain = Links { links, head, constant: &mut self.constant };
+        let mut chain = Links { links, head, movables, constant: &mut self.constant };
         self.low_rank.correct(couplings, &mut chain)
     }
 
@@ -133,6 +137,7 @@ impl<T: Real> SelfContacts<T> {
 struct Links<'a, T> {
     links: &'a mut [LinkTerm<T>],
     head: &'a Quadratic<T>,
+    movables: &'a [Quadratic<T>],
     constant: &'a mut [T],
 }
 
@@ -154,6 +159,6 @@ impl<T: Real> EliminatedChain<T, Vector3<T>, Vector3<T>> for Links<'_, T> {
 
     #[inline(always)]
     fn respond(&mut self, coupling: &Coupling<T>, response: &mut Vec<Vector3<T>>) {
-        respond(coupling, |link| &self.links[link].segment, self.head, self.constant, response);
+        respond(coupling, |link| &self.links[link].segment, self.head, self.movables, self.constant, response);
     }
 }

@@ -72,7 +72,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motion.elapsed = elapsed;
         let Motion { arms, base, guess, predicted, heading, .. } = &mut self.motion;
         travel(arms, base, guess, c, predicted, heading);
-        let folding = Folding::of(self.motion.predicted.iter().map(|pose| pose.z));
+        let folding = Folding::of(self.motion.predicted[..self.motion.arms.len()].iter().map(|pose| pose.z));
         self.self_contacts.predict(&folding);
         let bend = if self.joint_stops.has_own_bounds() {
             self.joint_stops.excess(self.motion.predicted.windows(2).map(|pose| pose[1].z - pose[0].z))
@@ -80,7 +80,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             folding.bend
         };
         self.joint_stops.predict(bend);
-        if self.has_obstacles || self.self_contacts.is_any_possible() {
+        if self.has_obstacles || self.movables > 0 || self.self_contacts.is_any_possible() {
             let Motion { arms, heading, guess, travel, .. } = &mut self.motion;
             mean_twist(arms, heading, guess, travel);
             let gain = (self.pull.x * self.pull.x + self.pull.y * self.pull.y).sqrt() * c;
@@ -92,7 +92,8 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
                 displacement: T::select(pending, displacement, last_displacement),
             };
             let margin = self.motion.bound.contact_margin(c, 2.0, self.motion.smallest_radius);
-            self.self_contacts.list_close_pairs(&self.motion.predicted, margin, pending);
+            let chain = &self.motion.predicted[..self.motion.arms.len()];
+            self.self_contacts.list_close_pairs(chain, margin, pending);
         }
     }
 
@@ -178,7 +179,8 @@ impl<T: Real> Workspace<T> {
             let angles = joints.map(|(q, u)| c.mul_add(u[1].z - u[0].z, q[1].z - q[0].z));
             return self.joint_stops.excess(angles);
         }
-        let ends = self.motion.base.iter().zip(&self.solution.twist).map(|(q, u)| c.mul_add(u.z, q.z));
+        let chain = &self.motion.base[..self.motion.arms.len()];
+        let ends = chain.iter().zip(&self.solution.twist).map(|(q, u)| c.mul_add(u.z, q.z));
         Folding::of(ends).bend
     }
 

@@ -1,21 +1,31 @@
 //! Robots and their references into lanes.
 
-use crate::math::{Laned, Real};
-use crate::planar::{Body, Planar, PlanarSystem};
+use crate::math::{Laned, MAX_LANES, Real};
+use crate::planar::{Body, Moved, Planar, PlanarSystem, Pose, Twist};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, mask};
 use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput};
 
-use super::Workspace;
+use super::{LinkConstants, Workspace};
 
 impl<T: Real> StageInput<T> for Workspace<T> {
     type Model = Planar;
 
     fn new(system: &PlanarSystem) -> Self {
-        Self::new(system)
+        Self::new(system, 0)
     }
 
     fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        let own = |lane: usize| if lane < T::LANES { members.body(lane).state.movables.len() } else { 0 };
+        let own: [usize; MAX_LANES] = std::array::from_fn(own);
+        let most = own.iter().copied().fold(0, usize::max);
+        if most > self.movables {
+            *self = Self::new(members.system, most);
+        }
+        self.own_movables = own;
         self.load_variations(members);
+        if self.movables > 0 {
+            self.load_movables(members);
+        }
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
         self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
         self.shares.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
@@ -24,7 +34,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.has_obstacles = members.any(|body| !body.obstacles.is_empty());
         self.near_obstacles =
             std::array::from_fn(|lane| lane < T::LANES && !members.body(lane).warm_start.near.pairs().is_empty());
-        self.among_obstacles = mask::<T>(self.near_obstacles);
+        self.among_obstacles = mask::<T>(std::array::from_fn(|lane| self.near_obstacles[lane] || own[lane] > 0));
         for lane in 0..T::LANES {
             let Body { state, warm_start, .. } = members.body(lane);
             for (lanes, torque) in self.actuator_torque.iter_mut().zip(&warm_start.joint_torque) {
@@ -42,7 +52,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             for (link, lanes) in self.spin_torque.iter_mut().enumerate() {
                 lanes.set_lane(lane, warm_start.spin.get(link).copied().unwrap_or(0.0));
             }
-            for (lanes, force) in self.friction_force.iter_mut().zip(&warm_start.friction) {
+            for (node, lanes) in self.friction_force.iter_mut().enumerate() {
+                let force = warm_start.friction.get(node).copied().unwrap_or_default();
                 lanes.x.set_lane(lane, force.x);
                 lanes.y.set_lane(lane, force.y);
             }
@@ -104,6 +115,24 @@ impl<T: Real> StageInput<T> for Workspace<T> {
 }
 
 impl<T: Real> Workspace<T> {
+    /// Obstacles that can be pushed; where a lane has fewer than others, links at rest that nothing touches.
+    fn load_movables<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+        let (system, first) = (members.system, members.system.robot.link_count());
+        let absent = (LinkConstants::of(system, &system.robot.links[0]), Pose::zeros(), Twist::zeros());
+        for lane in 0..T::LANES {
+            let body = members.body(lane);
+            for k in 0..self.movables {
+                let own = body.obstacles.movables().get(k).zip(body.state.movables.get(k));
+                let (constants, pose, twist) = own.map_or(absent, |(movable, Moved { pose, twist })| {
+                    (LinkConstants::of_movable(system, movable), *pose, *twist)
+                });
+                self.constants[first + k].set_lane(lane, &constants);
+                self.motion.start_pose[first + k].set_lane(lane, &pose);
+                self.motion.start_twist[first + k].set_lane(lane, &twist);
+            }
+        }
+    }
+
     /// Constants of the lanes' own robots; nothing to do where all are as the system's.
     fn load_variations<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
         let was_varied = self.is_varied;

@@ -9,7 +9,8 @@ mod results;
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::math::{MAX_LANES, Mask, Real};
+use crate::math::{MAX_LANES, Mask, Real, laned};
+use crate::obstacles::Movable;
 use crate::planar::{Newton, PlanarSystem, Stage, StageSolution};
 use crate::robot::Link;
 use crate::stepping::lanes::{Lanes, NO_LANES};
@@ -29,6 +30,13 @@ pub struct Workspace<T: Real> {
     /// Constants of the links, in every lane, and whether the lanes' robots differ in them from the system's.
     pub constants: Vec<LinkConstants<T>>,
     is_varied: bool,
+    /// Obstacles that can be pushed, behind the links of the robot in all that has an entry for each: as many as the robot of
+    /// any lane has had. A lane with fewer has some that rest far from everything.
+    pub movables: usize,
+    /// Whether the ground resists the spin of links too.
+    resists_spin: bool,
+    /// Of the lanes' own robots.
+    pub own_movables: [usize; MAX_LANES],
     /// Acceleration by which gravity pulls the links along inclined ground \[m/s^2\].
     pull: Vector2<T>,
     /// Zero for each link.
@@ -107,34 +115,55 @@ impl<T: Real> LinkConstants<T> {
     }
 }
 
+laned! {
+    LinkConstants { mass, inertia, half_length, cg_offset, reach, friction, spin };
+}
+
+impl LinkConstants<f64> {
+    fn of_movable(system: &PlanarSystem, movable: &Movable) -> Self {
+        let Movable { link, ground_friction, .. } = movable;
+        let bound = ground_friction * link.mass * system.normal_gravity();
+        let spin = bound * movable.spin_lever();
+        // Turning takes no point of the outline of a disc elsewhere.
+        Self { reach: 0.0, friction: Vector2::repeat(bound), spin, ..Self::of(system, link) }
+    }
+}
+
 impl<T: Real> Workspace<T> {
-    pub fn new(system: &PlanarSystem) -> Self {
+    pub fn new(system: &PlanarSystem, movables: usize) -> Self {
         let links = system.robot.link_count();
+        let nodes = links + movables;
         let zero = T::zero();
-        let rest = vec![Vector3::new(zero, zero, zero); links];
+        let rest = vec![Vector3::new(zero, zero, zero); nodes];
+        let constants =
+            |node: usize| LinkConstants::of(system, system.robot.links.get(node).unwrap_or(&system.robot.links[0]));
+        let resists_spin = system.resists_spin();
         Self {
-            constants: system.robot.links.iter().map(|link| LinkConstants::of(system, link)).collect(),
+            constants: (0..nodes).map(constants).collect(),
             is_varied: false,
+            movables,
+            resists_spin,
+            own_movables: [0; MAX_LANES],
             pull: system.pull().map(T::splat),
             at_rest: rest.clone(),
-            motion: Motion::new(system),
+            motion: Motion::new(system, movables),
             drives: Drives::new(system),
             shares: FrictionShares::new(links, system.stribeck().speed, system.patches()),
             has_obstacles: false,
             among_obstacles: T::Mask::of(|_| false),
             near_obstacles: NO_LANES,
-            contacts: Contacts::with_capacity(links, T::LANES),
-            self_contacts: SelfContactDetection::new(&system.robot),
+            contacts: Contacts::with_capacity(nodes, T::LANES),
+            self_contacts: SelfContactDetection::new(&system.robot, movables),
             joint_stops: JointStops::new(&system.robot, 1),
             motors: Motors::new(&system.robot, 1),
             closings: Closings::none(),
-            friction_force: vec![Vector2::new(zero, zero); links],
-            spin_torque: vec![zero; if system.resists_spin() { links } else { 0 }],
+            friction_force: vec![Vector2::new(zero, zero); nodes],
+            spin_torque: vec![zero; if resists_spin || movables > 0 { nodes } else { 0 }],
             actuator_torque: vec![zero; links - 1],
-            stage: Stage { skin: system.skin(), ..Stage::with_capacity(links) },
-            solution: StageSolution::new(links),
-            newton: Newton::new(links),
-            fallback: LaneFallback::new(links),
+            stage: Stage { skin: system.skin(), ..Stage::with_capacity(nodes) },
+            solution: StageSolution { actuator: vec![zero; links - 1], ..StageSolution::new(nodes) },
+            newton: Newton::new(nodes),
+            fallback: LaneFallback::new(nodes),
             result: StageResult {
                 stage_energy: EnergyLedger::zero(),
                 deviation: zero,

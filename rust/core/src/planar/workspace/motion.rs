@@ -4,15 +4,15 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PlacedLink;
 use crate::math::{Laned, Real};
+use crate::obstacles::Nodes;
 use crate::planar::{Heading, PlanarSystem};
-use crate::robot::Link;
 
 use super::motion_bound::MotionBound;
 
 /// Configurations and velocities of a stage.
 #[derive(Debug, Clone)]
 pub struct Motion<T> {
-    /// Distances of each CG from the joints in front of the link and behind it \[m\].
+    /// Distances of each CG from the joints in front of the link and behind it, for the links of the robot only \[m\].
     pub arms: Vec<[T; 2]>,
     /// Of all links \[m\].
     pub smallest_radius: f64,
@@ -35,7 +35,7 @@ pub struct Motion<T> {
 
 /// One robot of a register during a stage.
 pub struct StageKinematics<'a, T> {
-    pub links: &'a [Link],
+    pub nodes: Nodes<'a>,
     pub lane: usize,
     motion: &'a Motion<T>,
     /// c \[s\].
@@ -46,9 +46,9 @@ pub struct StageKinematics<'a, T> {
 }
 
 impl<T: Real> Motion<T> {
-    pub fn new(system: &PlanarSystem) -> Self {
+    pub fn new(system: &PlanarSystem, movables: usize) -> Self {
         let (links, zero) = (&system.robot.links, T::zero());
-        let rest = vec![Vector3::new(zero, zero, zero); links.len()];
+        let rest = vec![Vector3::new(zero, zero, zero); links.len() + movables];
         Self {
             arms: links.iter().map(|link| link.arms().map(T::splat)).collect(),
             smallest_radius: system.smallest_radius(),
@@ -59,16 +59,16 @@ impl<T: Real> Motion<T> {
             guess: rest.clone(),
             predicted: rest.clone(),
             travel: rest,
-            heading: vec![Heading { cos: T::splat(1.0), sin: zero }; links.len()],
+            heading: vec![Heading { cos: T::splat(1.0), sin: zero }; links.len() + movables],
             bound: MotionBound { fastest: zero, displacement: zero },
             elapsed: zero,
         }
     }
 
     /// The robot of a lane in a stage of this coefficient \[s\].
-    pub fn of_lane<'a>(&'a self, links: &'a [Link], lane: usize, coefficient: f64) -> StageKinematics<'a, T> {
+    pub fn of_lane<'a>(&'a self, nodes: Nodes<'a>, lane: usize, coefficient: f64) -> StageKinematics<'a, T> {
         let (elapsed, bound) = (self.elapsed.lane(lane), self.bound.lane(lane));
-        StageKinematics { links, lane, motion: self, coefficient, elapsed, bound }
+        StageKinematics { nodes, lane, motion: self, coefficient, elapsed, bound }
     }
 }
 
@@ -101,12 +101,12 @@ impl<T: Real> StageKinematics<'_, T> {
     /// A link at the predicted end.
     pub fn placed(&self, link: usize) -> PlacedLink<'_> {
         let Heading { cos, sin } = self.heading(link);
-        PlacedLink { link: &self.links[link], pose: self.end(link), axis: Vector2::new(cos, sin) }
+        PlacedLink { link: self.nodes.get(link), pose: self.end(link), axis: Vector2::new(cos, sin) }
     }
 
     /// A link at the start of the step.
     pub fn placed_at_start(&self, link: usize) -> PlacedLink<'_> {
-        PlacedLink::new(&self.links[link], self.start(link))
+        PlacedLink::new(self.nodes.get(link), self.start(link))
     }
 
     /// Predicted gap up to which a pair takes part if `moving` of its two bodies are links \[m\].

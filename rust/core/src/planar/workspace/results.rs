@@ -3,8 +3,9 @@
 use nalgebra::Vector2;
 
 use crate::math::{Laned, Mask, Real, read_lane};
+use crate::obstacles::Nodes;
 use crate::planar::contact_detection::MARGIN;
-use crate::planar::{Body, Planar, PlanarSystem, StageSolution};
+use crate::planar::{Body, Moved, Planar, PlanarSystem, StageSolution};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
@@ -17,7 +18,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Planar;
 
     fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult> {
-        self.fallback.solve_lane(&self.stage, &mut self.solution, lane, tolerance, solves_left)
+        let nodes = self.drives.target.len() + 1 + self.own_movables[lane];
+        self.fallback.solve_lane(&self.stage, &mut self.solution, (lane, nodes), tolerance, solves_left)
     }
 
     fn deviation(&self) -> T {
@@ -92,6 +94,10 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     fn accept(&mut self, system: &PlanarSystem, lane: usize, body: &mut Body) {
         read_lane::<T, _>(&self.result.end, lane, &mut body.state.pose);
         read_lane::<T, _>(&self.result.twist, lane, &mut body.state.twist);
+        let chain = system.robot.link_count();
+        for (node, moved) in body.state.movables.iter_mut().enumerate().map(|(k, moved)| (chain + k, moved)) {
+            *moved = Moved { pose: self.result.end[node].lane(lane), twist: self.result.twist[node].lane(lane) };
+        }
         self.drives.backlash.save(lane, &mut body.warm_start.backlash);
         self.joint_stops.save(lane, &mut body.warm_start.joint_stops);
         self.motors.save(lane, &mut body.warm_start.gear_friction);
@@ -103,7 +109,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
             body.warm_start.near.arrive(displacement, error);
             body.warm_start.near.end_step();
         }
-        let gap = |id| self.end_gap_of_pair(&system.robot.links, lane, id);
+        let nodes = Nodes { links: &system.robot.links, movables: body.obstacles.movables() };
+        let gap = |id| self.end_gap_of_pair(nodes, lane, id);
         body.warm_start.self_contacts.end_step(gap);
         let per_second = 1.0 / self.stage.coefficient.lane(lane);
         for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.result.actuator) {
@@ -115,8 +122,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 impl<T: Real> Workspace<T> {
     /// Keeps the friction of the last stage as the next initial guess.
     fn keep_friction(&self, lane: usize, body: &mut Body) {
+        let (own, chain) = (self.own_movables[lane], self.drives.target.len() + 1);
+        let spins = if own > 0 || self.movables == 0 || self.resists_spin { chain + own } else { 0 };
         body.warm_start.spin.clear();
-        body.warm_start.spin.extend(self.spin_torque.iter().map(|torque| torque.lane(lane)));
+        body.warm_start.spin.extend(self.spin_torque.iter().take(spins).map(|torque| torque.lane(lane)));
+        body.warm_start.friction.resize(chain + own, Vector2::zeros());
         for (force, lanes) in body.warm_start.friction.iter_mut().zip(&self.friction_force) {
             *force = Vector2::new(lanes.x.lane(lane), lanes.y.lane(lane));
         }

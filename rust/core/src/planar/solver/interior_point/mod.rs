@@ -52,6 +52,8 @@ pub struct InteriorPoint {
     constant: Vec<f64>,
     actuators: Vec<BoundedActuator>,
     segments: Vec<Segment<f64>>,
+    /// Values of the obstacles that can be pushed at their centres.
+    movables: Vec<Quadratic<f64>>,
     models: Vec<Quadratic<f64>>,
     /// Stiffness of the joint before each link.
     stiffness: Vec<f64>,
@@ -71,6 +73,7 @@ impl InteriorPoint {
             constant: vec![0.0; links],
             actuators: Vec::with_capacity(2 * (links - 1)),
             segments: Vec::with_capacity(links),
+            movables: Vec::with_capacity(links),
             models: vec![Quadratic::zero(); links],
             stiffness: vec![0.0; links],
             direction: vec![Vector3::zeros(); links],
@@ -127,10 +130,19 @@ impl InteriorPoint {
         list_bounded_actuators(stage, energy, &mut self.actuators);
         self.segments.clear();
         let mut before = &stage.links[0].heading;
-        for link in &stage.links {
+        for link in &stage.links[..stage.chain()] {
             self.segments.push(Segment::new(&link.heading, before, link.arms()));
             before = &link.heading;
         }
+        let nodes = stage.links.len();
+        self.segments
+            .extend(stage.links[stage.chain()..].iter().map(|one| Segment::new(&one.heading, &one.heading, [0.0; 2])));
+        self.movables.resize(nodes - stage.chain(), Quadratic::zero());
+        self.friction.resize(nodes, Disc::new());
+        self.models.resize(nodes, Quadratic::zero());
+        self.constant.resize(nodes, 0.0);
+        self.stiffness.resize(nodes, 0.0);
+        self.direction.resize(nodes, Vector3::zeros());
         self.lightest = stage.lightest_mass();
         self.contact.clear();
         self.contact.extend(stage.contacts.iter().map(|contact| Contact::new(stage.links[contact.link].mass)));
@@ -243,16 +255,22 @@ impl InteriorPoint {
 
     fn solve_linear_system(&mut self, stage: &Stage) {
         let mut behind = Quadratic::zero();
-        for ((segment, own), &stiffness) in self.segments.iter_mut().zip(&self.models).zip(&self.stiffness).rev() {
+        let (chain, free) = self.segments.split_at_mut(stage.chain());
+        for ((segment, own), &stiffness) in chain.iter_mut().zip(&self.models).zip(&self.stiffness).rev() {
             (behind, _) = segment.eliminate(behind, *own, stiffness);
         }
         let ((mut end, _), mut omega) = (behind.minimiser(), 0.0);
-        for (segment, direction) in self.segments.iter().zip(&mut self.direction) {
+        for (segment, direction) in chain.iter().zip(&mut self.direction) {
             *direction = segment.substitute(&mut end, &mut omega);
         }
+        let nodes = self.models.iter().zip(&mut self.direction).skip(stage.chain());
+        for ((segment, value), (own, direction)) in free.iter_mut().zip(&mut self.movables).zip(nodes) {
+            (*value, _) = segment.eliminate(Quadratic::zero(), *own, 0.0);
+            *direction = segment.substitute(&mut value.minimiser().0, &mut 0.0);
+        }
         if !self.couplings.is_empty() {
-            let Self { segments, direction: steps, constant, .. } = self;
-            let mut chain = Chain { segments, steps, head: &behind, constant };
+            let Self { segments, movables, direction: steps, constant, .. } = self;
+            let mut chain = Chain { segments, steps, head: &behind, movables, constant };
             self.low_rank.correct(self.couplings.iter().copied(), &mut chain);
         }
         for (link, direction) in stage.links.iter().zip(&mut self.direction) {
@@ -375,6 +393,7 @@ struct Chain<'a> {
     segments: &'a [Segment<f64>],
     steps: &'a mut [Vector3<f64>],
     head: &'a Quadratic<f64>,
+    movables: &'a [Quadratic<f64>],
     constant: &'a mut [f64],
 }
 
@@ -392,7 +411,7 @@ impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
     }
 
     fn respond(&mut self, coupling: &Coupling<f64>, response: &mut Vec<Vector3<f64>>) {
-        respond(coupling, |link| &self.segments[link], self.head, self.constant, response);
+        respond(coupling, |link| &self.segments[link], self.head, self.movables, self.constant, response);
     }
 }
 
