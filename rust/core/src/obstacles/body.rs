@@ -44,7 +44,6 @@ impl Body {
     /// redundant count for the depth of the line alone.
     pub fn visit_contacts(&self, line: &SolidLine, reach: f64, visit: impl FnMut(usize, SolidContact)) {
         match self {
-            Self::HeightField(field) if !field.has_parts() => {}
             Self::HeightField(field) => visit_contacts(field.as_ref(), line, reach, visit),
             Self::Polyhedron(hull) => visit_contacts(hull.as_ref(), line, reach, visit),
             Self::Cylinder(cylinder) => cylinder.visit_contacts(line, visit),

@@ -4,6 +4,7 @@
 //! below them. At the border of the field, which may be higher than the ground around it, it ends in vertical faces.
 
 use std::cmp::Ordering;
+use std::ops::RangeInclusive;
 
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -93,11 +94,6 @@ impl HeightField {
         Ok(field)
     }
 
-    /// Whether links can touch anything but level ground.
-    pub fn has_parts(&self) -> bool {
-        self.has_parts
-    }
-
     /// Cells along x and y.
     fn cells(&self) -> [usize; 2] {
         self.size.map(|points| points - 1)
@@ -154,11 +150,13 @@ impl HeightField {
     /// of the field carry it otherwise; none beside the field \[m\].
     pub fn ground_below(&self, point: &Vector2<f64>) -> Option<f64> {
         let place = self.below(point)?;
-        Some(if self.is_level_ground(place) { self.point(place.i, place.j).z } else { f64::NEG_INFINITY })
+        let is_level = !self.has_part(place);
+        Some(if is_level { self.heights[place.i * self.size[1] + place.j] } else { f64::NEG_INFINITY })
     }
 
-    fn is_level_ground(&self, place: Place) -> bool {
-        self.friction == GroundFriction::OfGround && self.slopes(place) == [0.0; 2]
+    /// Whether there is a part and it can touch anything. A triangle that cannot is level ground.
+    fn has_part(&self, Place { i, j, kind }: Place) -> bool {
+        self.parts[i * self.size[1] + j] & (1 << kind) != 0
     }
 
     fn point(&self, i: usize, j: usize) -> Vector3<f64> {
@@ -308,8 +306,8 @@ impl HeightField {
                     can_be_nearest(&edges[..count])
                 }
                 WALL_X | WALL_Y | PILLAR => true,
-                // The ground's own law acts there.
-                _ => !self.is_level_ground(place),
+                // The ground's own law acts on level ground.
+                _ => self.friction != GroundFriction::OfGround || self.slopes(place) != [0.0; 2],
             }
         };
         (0..KINDS).filter(|&kind| is_active(kind)).fold(0, |bits, kind| bits | 1 << kind)
@@ -336,8 +334,17 @@ impl HeightField {
         if is_first { -axis } else { axis }
     }
 
+    /// The points of the grid along x and y whose parts may lie within `reach` of a line, seen from above.
+    fn points_near(&self, line: &SolidLine, reach: f64) -> [RangeInclusive<usize>; 2] {
+        [0, 1].map(|axis| {
+            let (middle, half) = (line.middle[axis] - self.origin[axis], line.half[axis].abs() + reach);
+            let index = |value: f64| (value / self.spacing).clamp(0.0, (self.size[axis] - 1) as f64) as usize;
+            index(middle - half)..=index(middle + half)
+        })
+    }
+
     /// Whether the parts that belong to a point of the grid may lie within `reach` of a line, by a sphere around its cell.
-    fn is_near(&self, line: &SolidLine, reach: f64, [i, j]: [usize; 2]) -> bool {
+    fn has_near(&self, line: &SolidLine, reach: f64, [i, j]: [usize; 2]) -> bool {
         let [x, y] = [(i, 0), (j, 1)].map(|(index, axis)| self.origin[axis] + (index as f64 + 0.5) * self.spacing);
         let (last_i, last_j) = ((i + 1).min(self.size[0] - 1), (j + 1).min(self.size[1] - 1));
         let height = |i: usize, j: usize| self.heights[i * self.size[1] + j];
@@ -355,19 +362,11 @@ impl HeightField {
 
 impl Surface for HeightField {
     fn visit_parts(&self, line: &SolidLine, reach: f64, mut visit: impl FnMut(usize, Part)) {
-        let lowest = line.middle.z - line.half.z.abs() - reach;
-        if lowest > self.highest || !self.has_parts {
-            return;
-        }
-        let range = |axis: usize| {
-            let (middle, half) = (line.middle[axis] - self.origin[axis], line.half[axis].abs() + reach);
-            let index = |value: f64| (value / self.spacing).clamp(0.0, (self.size[axis] - 1) as f64) as usize;
-            index(middle - half)..=index(middle + half)
-        };
-        for i in range(0) {
-            for j in range(1) {
+        let [along_x, along_y] = self.points_near(line, reach);
+        for i in along_x {
+            for j in along_y.clone() {
                 let parts = self.parts[i * self.size[1] + j];
-                if parts == 0 || (parts < 1 << WALL_X && !self.is_near(line, reach, [i, j])) {
+                if parts == 0 || (parts < 1 << WALL_X && !self.has_near(line, reach, [i, j])) {
                     continue;
                 }
                 for kind in (0..KINDS).filter(|kind| parts & (1 << kind) != 0) {
@@ -421,11 +420,24 @@ impl Surface for HeightField {
         }
     }
 
+    fn is_near(&self, line: &SolidLine, reach: f64) -> bool {
+        let is_above = line.middle.z - line.half.z.abs() - reach > self.highest;
+        if is_above || !self.has_parts {
+            return false;
+        }
+        let [along_x, along_y] = self.points_near(line, reach);
+        let mut rows = along_x.map(|i| i * self.size[1]);
+        rows.any(|row| self.parts[row + along_y.start()..=row + along_y.end()].iter().any(|&parts| parts != 0))
+    }
+
     fn touches(&self, face: usize) -> bool {
-        !self.is_level_ground(self.place(face))
+        self.has_part(self.place(face))
     }
 
     fn exit(&self, point: &Vector3<f64>) -> Option<usize> {
+        if point.z >= self.highest {
+            return None;
+        }
         let place = self.below(&point.xy())?;
         (point.z < self.height_over(place, &point.xy())).then(|| self.number(place))
     }

@@ -23,6 +23,10 @@ pub(super) enum Part {
 
 /// The surface of a body, of numbered parts.
 pub(super) trait Surface {
+    /// Whether a part may lie within `reach` of the line.
+    fn is_near(&self, _line: &SolidLine, _reach: f64) -> bool {
+        true
+    }
     /// Calls `visit` with all parts that may lie within `reach` of the line, except flat and concave edges and corners.
     fn visit_parts(&self, line: &SolidLine, reach: f64, visit: impl FnMut(usize, Part));
     fn part(&self, number: usize) -> Part;
@@ -52,6 +56,9 @@ pub(super) fn visit_contacts(
     reach: f64,
     mut visit: impl FnMut(usize, SolidContact),
 ) {
+    if !surface.is_near(line, reach) {
+        return;
+    }
     let seen = Seen::new(surface, line, reach);
     let mut found = [SolidContact::NONE; KEPT];
     let mut count = 0;

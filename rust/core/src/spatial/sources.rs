@@ -12,7 +12,7 @@ impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes at their predicted ends.
     pub(super) fn find_rows<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, pending: Lanes) {
         self.contacts.clear();
-        self.supports.retain(|support| !pending[support.lane]);
+        active(pending).for_each(|lane| self.supports[lane].clear());
         let links = &members.system.robot.links;
         for lane in active(pending) {
             let obstacles = &members.body(lane).obstacles;
@@ -38,7 +38,7 @@ impl<T: Real> Workspace<T> {
                 sinking = sinking.max(self.self_contacts.sinking(links, start, end, lane));
             }
             self.result.sinking[lane] = sinking;
-            if self.supports.iter().any(|support| support.lane == lane) {
+            if !self.supports[lane].is_empty() {
                 self.measure_sinking_into_supports(lane);
             }
         }

@@ -7,12 +7,11 @@ use crate::obstacles::ObstacleGrid;
 use crate::robot::{Link, Robot};
 
 use super::workspace::{Workspace, opening};
-use super::{End, LinkAxis, Pose, obstacle_gap, rest_on_ground, solid_line};
+use super::{End, LinkAxis, Pose, Twist, obstacle_gap, rest_on_ground, solid_line};
 
 /// An end sphere above a top face, which carries it in place of the ground.
 #[derive(Debug, Clone, Copy)]
 pub struct Support {
-    pub lane: usize,
     pub link: usize,
     /// Front (0) or rear (1).
     pub side: usize,
@@ -30,21 +29,21 @@ impl<T: Real> Workspace<T> {
             if !obstacles.has_top_near(&from_above, link.reach()) {
                 continue;
             }
-            let frames = [&self.motion.start_frames[i], &self.motion.frames[i]];
-            let [start, end] = frames.map(|frame| frame.lane(lane));
-            let [axis_before, axis_after] = frames.map(|frame| frame.axis_of(lane));
-            let (of_stage, expected) = (self.stage.links[i].lane(lane), self.motion.expected[i].lane(lane));
+            let [start, end] = [&self.motion.start_frames[i], &self.motion.frames[i]].map(|frame| frame.axis_of(lane));
             for side in 0..2 {
+                let centre = sphere(link, &end, side);
                 // At the height of the plane the plane itself carries a sphere.
-                let below = obstacles.support(&sphere(link, &axis_after, side)).filter(|&(_, height)| height != 0.0);
-                if let Some((obstacle, height)) = below {
+                if let Some((obstacle, height)) = obstacles.support(&centre).filter(|&(_, height)| height != 0.0) {
                     let height = height.max(NOWHERE);
-                    self.supports.push(Support { lane, link: i, side, obstacle, height });
-                    let closing = expected.velocity_at(&of_stage.ground_arm(side)).z;
-                    let still = end.ground_gap(&of_stage, side) - height - c * closing;
-                    let below = obstacles.support(&sphere(link, &axis_before, side));
-                    let stood = below.is_some_and(|(_, before)| before == height);
-                    let at_start = if stood { start.ground_gap(&of_stage, side) - height } else { 0.0 };
+                    self.supports[lane].push(Support { link: i, side, obstacle, height });
+                    let gap = |centre: &Vector3<f64>| centre.z - link.radius - height;
+                    let (Twist { linear, angular }, arm) = (&self.motion.expected[i], centre - end.position);
+                    let [turning_x, turning_y] = [angular.x, angular.y].map(|rate| rate.lane(lane));
+                    let closing = linear.z.lane(lane) + turning_x * arm.y - turning_y * arm.x;
+                    let still = gap(&centre) - c * closing;
+                    let before = sphere(link, &start, side);
+                    let stood = obstacles.support(&before).is_some_and(|(_, below)| below == height);
+                    let at_start = if stood { gap(&before) } else { 0.0 };
                     self.stage.links[i].ground[side].set_lane(lane, opening(still, at_start, c, elapsed));
                 }
             }

@@ -49,8 +49,8 @@ pub struct Workspace<T: Real> {
     pub self_contacts: SelfContactDetection<T>,
     /// Contacts of the last stage, lane by lane: a step that is rejected leaves those of its robot unchanged.
     pub known: [ContactMemory; MAX_LANES],
-    /// Of the present stage.
-    pub supports: Vec<Support>,
+    /// Of the present stage, lane by lane.
+    pub supports: [Vec<Support>; MAX_LANES],
     joint_stops: JointStops<T>,
     motors: Motors<T>,
     pub closings: Closings,
@@ -116,7 +116,7 @@ impl<T: Real> Workspace<T> {
             contacts: ObstacleContacts::with_capacity(links, T::LANES),
             self_contacts: SelfContactDetection::new(&system.robot),
             known: std::array::from_fn(|_| ContactMemory::with_capacity(8 * links)),
-            supports: Vec::with_capacity(2 * links * T::LANES),
+            supports: std::array::from_fn(|_| Vec::with_capacity(2 * links)),
             joint_stops: JointStops::new(&system.robot, 2),
             motors: Motors::new(&system.robot, 2),
             closings: Closings::none(),

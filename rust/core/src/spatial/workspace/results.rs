@@ -115,9 +115,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         for (sum, ends) in self.first_ground.iter_mut().zip(&self.forces.normal) {
             *sum = ends[0] * c + ends[1] * c;
         }
-        for &Support { lane, link, .. } in &self.supports {
-            let of_ground = self.ground_impulse(lane, link);
-            self.first_ground[link].set_lane(lane, of_ground);
+        for lane in 0..T::LANES {
+            for &Support { link, .. } in &self.supports[lane] {
+                let of_ground = self.ground_impulse(lane, link);
+                self.first_ground[link].set_lane(lane, of_ground);
+            }
         }
     }
 
@@ -152,14 +154,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 impl<T: Real> Workspace<T> {
     /// Impulses of top faces in a lane's solved stage.
     fn top_impulses(&self, lane: usize) -> impl Iterator<Item = ContactImpulse> + '_ {
-        self.supports.iter().filter(move |support| support.lane == lane).map(move |support| {
-            let Support { link, side, obstacle, .. } = *support;
-            ContactImpulse {
-                lane,
-                link,
-                impulse: self.impulse_from_below(lane, link, side),
-                source: Source::Top(obstacle),
-            }
+        self.supports[lane].iter().map(move |&Support { link, side, obstacle, .. }| ContactImpulse {
+            lane,
+            link,
+            impulse: self.impulse_from_below(lane, link, side),
+            source: Source::Top(obstacle),
         })
     }
 
@@ -215,7 +214,7 @@ impl<T: Real> Workspace<T> {
     }
 
     fn support_of(&self, lane: usize, link: usize, side: usize) -> Option<&Support> {
-        self.supports.iter().find(|support| (support.lane, support.link, support.side) == (lane, link, side))
+        self.supports[lane].iter().find(|support| (support.link, support.side) == (link, side))
     }
 
     /// Keeps the forces of a lane's last stage as the next warm start.
