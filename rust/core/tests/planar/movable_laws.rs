@@ -224,7 +224,7 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_discs() {
             if k.is_multiple_of(2) {
                 obstacles.push([0.1, -0.9, 0.1].into());
             }
-            let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..wave.clone() };
+            let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..wave };
             Scripted::new(&system.robot, ObstacleGrid::of(&obstacles), START_FREE, &posture(&wave, 10), wave)
         };
         (0..11).map(robot).collect()
