@@ -184,8 +184,10 @@ CHOICES = {
 
 
 def _choices(model: str) -> dict[str, tuple[str, ...]]:
-    """The same with the tasks that a model has: some families of scenes are in 3D only."""
-    tasks = tuple(row["name"] for row in SCENARIOS if row["model"] in (MODELS[0], model))
+    """The same with the tasks that a model has: some families of scenes are in 3D only, one in the plane."""
+    in_plane = ("clutter",) if model != MODELS[0] else ()
+    rows = [row for row in SCENARIOS if row["model"] in (MODELS[0], model) and row["name"] not in in_plane]
+    tasks = tuple(row["name"] for row in rows)
     return {"task": tasks} | CHOICES
 
 

@@ -39,6 +39,7 @@ FILMS = {
     "SnakeTerrain-v1": Film("action zero", 0, {"terrain": "ramps", "difficulty": 1.0}),
     "SnakePipe-v1": Film("action zero", 0, {}),
     "SnakeClimb-v1": Film("action zero", 0, {}),
+    "SnakeClutter-v1": Film("heading control", 0, {}),
     "SnakeSpatial-v1": Film("spatial", 0, {}),
 }
 """By id; ``make pictures`` draws them."""
@@ -54,6 +55,7 @@ KEYWORDS = {
     "terrain": ("difficulty", "terrain", "goal_distance", "corridor_half_width"),
     "pipe": ("difficulty", "goal_distance"),
     "climb": ("difficulty", "goal_distance", "controller"),
+    "clutter": ("difficulty", "goal_distance", "corridor_half_width"),
 }
 """Keywords that shape a task, by its name; all others are those of every environment."""
 

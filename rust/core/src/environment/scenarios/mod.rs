@@ -4,6 +4,7 @@
 //! outside of a family's file depends on which one it is.
 
 mod climb;
+mod clutter;
 mod command;
 mod corridor;
 mod course;
@@ -150,8 +151,9 @@ impl Task {
     pub const TERRAIN: Task = Task(&terrain::FAMILY);
     pub const PIPE: Task = Task(&pipe::FAMILY);
     pub const CLIMB: Task = Task(&climb::FAMILY);
+    pub const CLUTTER: Task = Task(&clutter::FAMILY);
 
-    pub const ALL: [Task; 10] = [
+    pub const ALL: [Task; 11] = [
         Task::COURSE,
         Task::FIELD,
         Task::FREE,
@@ -162,6 +164,7 @@ impl Task {
         Task::TERRAIN,
         Task::PIPE,
         Task::CLIMB,
+        Task::CLUTTER,
     ];
 
     pub fn family(self) -> &'static Family {

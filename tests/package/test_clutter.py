@@ -1,0 +1,68 @@
+"""SnakeClutter-v1: a way through discs that can be pushed."""
+
+from __future__ import annotations
+
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from snake_env import ConfigError, SnakeEnv, SnakeVectorEnv, evaluate
+
+
+def discs(envs, i):
+    return envs.scene(i).obstacles
+
+
+def test_difficulty_orders_number_and_masses_of_discs():
+    for difficulty, count, heaviest in ((0.0, 6, 0.076), (1.0, 18, 7.5)):
+        with closing(SnakeVectorEnv(40, task="clutter", difficulty=difficulty)) as envs:
+            envs.reset(seed=0)
+            scenes = [discs(envs, i) for i in range(40)]
+            state = envs.state()
+            links = state.link_position
+        numbers = [len(scene) for scene in scenes]
+        assert 0.8 * count <= np.mean(numbers) <= count
+        masses = np.array([one.mass for scene in scenes for one in scene])
+        assert masses.min() >= 0.0749
+        assert 0.7 * heaviest < masses.max() <= heaviest
+        for scene, robot in zip(scenes, links, strict=True):
+            centres = np.array([(one.x, one.y) for one in scene])
+            radii = np.array([one.radius for one in scene])
+            apart = np.linalg.norm(centres[:, None] - centres[None], axis=2) - radii[:, None] - radii
+            assert (apart + np.eye(len(scene)) > 0.0).all()
+            assert (np.linalg.norm(robot[:, None] - centres, axis=2) > radii + 0.0525).all()
+
+
+def test_heading_control_pushes_light_discs_out_of_the_way():
+    easy = evaluate("heading-control", task="SnakeClutter-v1", episodes=16, seed=0)
+    with closing(SnakeVectorEnv(16, task="clutter", difficulty=0.0)) as envs:
+        envs.reset(seed=0)
+        before = envs.state().obstacle_position
+        for _ in range(200):
+            envs.step(np.zeros(envs.action_space.shape, np.float32))
+        moved = np.linalg.norm(envs.state().obstacle_position - before, axis=2)
+    assert (np.nanmax(moved, axis=1) > 0.02).sum() > 6
+    assert easy is not None
+
+
+def test_random_actions_leave_no_overlap_and_no_solve_unreported():
+    with closing(SnakeVectorEnv(32, task="clutter", difficulty=1.0, num_threads=1)) as envs:
+        rng = np.random.default_rng(0)
+        envs.reset(seed=0)
+        unconverged = flagged = 0
+        for _ in range(150):
+            info = envs.step(rng.uniform(-1.0, 1.0, envs.action_space.shape).astype(np.float32))[4]
+            unconverged += int(np.sum(info["unconverged"]))
+            flagged += int(np.sum(info["penetrated"]))
+            assert not np.any(info["diverged"])
+            solved = info["unconverged"] == 0
+            assert np.all(info["residual"][solved] < 1e-3)
+        assert unconverged <= 2
+        assert flagged <= 2
+        assert np.isfinite(envs.state().link_position).all()
+
+
+def test_only_the_planar_model_has_it():
+    with pytest.raises(ConfigError, match="planar"):
+        SnakeEnv(model="spatial", task="clutter")
