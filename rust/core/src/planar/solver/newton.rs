@@ -119,7 +119,7 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
         let chain = stage.chain();
-        self.links.resize(stage.links.len(), LinkTerm::vacant());
+        self.links.resize_with(stage.links.len(), LinkTerm::vacant);
         self.movables.resize(stage.links.len() - chain, Quadratic::zero());
         let (mut mass, mut inertia) = (stage.links[0].mass, stage.links[0].inertia);
         let mut before = stage.links[0].heading;
