@@ -7,6 +7,7 @@ import pytest
 
 from snake_env import ConfigError, Scene, SnakeVectorEnv
 from snake_env.obstacles import Box, Circle, Polygon, Segment, circles, outlines
+from snake_env.palette import PEG
 
 FRICTION = (0.2, 0.5)
 WALLS = (
@@ -153,5 +154,5 @@ def test_walls_are_drawn():
         env = SnakeVectorEnv(1, task="free", scene=scene(*obstacles), start_jitter=0.0, render_mode="rgb_array")
         env.reset(seed=0)
         pictures.append(env.render()[0])
-    plain, line, box = ((picture == (120, 128, 138)).all(axis=-1).sum() for picture in pictures)
+    plain, line, box = ((picture == PEG).all(axis=-1).sum() for picture in pictures)
     assert plain == 0 < line < box

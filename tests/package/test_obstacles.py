@@ -133,7 +133,7 @@ BAD = [
     (Circle, {"radius": 0.0, "x": 0.0, "y": 0.0}, "radius"),
     (Circle, {"radius": 0.1, "x": NAN, "y": 0.0}, "x"),
     (Circle, {"radius": 0.1, "x": 0.0, "y": 0.0, "friction": -0.1}, "friction"),
-    (Circle, {"radius": 0.1, "x": 0.0, "y": 0.0, "mass": 1.0}, "mass"),
+    (Circle, {"radius": 0.1, "x": 0.0, "y": 0.0, "mass": 0.0}, "mass"),
     (Segment, {"start": (0.0, 0.0), "end": (0.0, 0.0)}, "end"),
     (Segment, {"start": (0.0, INF), "end": (0.0, 0.0)}, "start"),
     (Segment, {"start": (0.0,), "end": (0.0, 0.0)}, "start"),

@@ -11,7 +11,7 @@ def test_nothing_but_the_figures_needs_matplotlib(tmp_path):
         sys.modules["matplotlib"] = None
         import snake_env
         names = [module.name for module in pkgutil.walk_packages(snake_env.__path__, "snake_env.")]
-        optional = {{"snake_env.sb3", "snake_env.rendering", "snake_env.__main__"}}
+        optional = {{"snake_env.sb3", "snake_env.rllib", "snake_env.rendering", "snake_env.__main__"}}
         for name in names:
             if name not in optional and name.removeprefix("snake_env.") not in {DRAWING}:
                 importlib.import_module(name)

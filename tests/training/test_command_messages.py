@@ -72,7 +72,7 @@ def test_the_error_of_a_run_that_does_not_fit_names_what_it_was_begun_with(tmp_p
             "policy = nowhere: expected one of gait",
         ),
         ("pipeline --config nowhere", "config = nowhere: expected a YAML or JSON file, or a name"),
-        ("tune --controllers nobody", "policy = nobody: expected one of best gait, "),
+        ("tune --controllers nobody", "policy = nobody: expected one of best-gait, "),
         (
             f"sweep --configs smoke {ROOT}/training/configs/smoke.yaml",
             "configs = smoke: expected configurations of different",

@@ -30,6 +30,6 @@ def resolve(name: str) -> object:
 def test_references_in_docstrings_resolve():
     sources = [path for folder in ("training", "experiments") for path in (ROOT / folder).rglob("*.py")]
     found = {name: path for path in sources for name in REFERENCE.findall(path.read_text())}
-    assert "snake_env.policies.title" in found
+    assert "snake_env.SnakeVectorEnv.step" in found
     for name, path in found.items():
         assert resolve(name) is not None, f"{path}: {name}"
