@@ -61,7 +61,7 @@ def _camera(env_id: str) -> dict[str, Any]:
     if task in ("pipe", "climb"):
         return {"camera": "fixed", "zoom": 0.58, "centre": (0.9, 0.0), "force_scale": 0.002}
     if model == "spatial":
-        return {"camera": "fixed", "zoom": 0.5, "centre": (0.9, 0.0)}
+        return {"camera": "fixed", "zoom": 0.36, "centre": (0.9, 0.0)}
     if task in ("course", "perturbed"):
         return {"camera": "fixed", "zoom": 0.72, "centre": (1.55, 0.1)}
     return {"camera": "fixed", "zoom": 0.68, "centre": (0.8, 0.0)}

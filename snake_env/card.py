@@ -14,6 +14,7 @@ from typing import Any
 
 from snake_env._native import capabilities
 from snake_env._task import Task
+from snake_env.errors import ConfigError
 from snake_env.markdown import table
 from snake_env.registration import MAX_EPISODE_STEPS, SCENARIOS, TASKS
 
@@ -183,12 +184,18 @@ CHOICES = {
 """Options on which the blocks of an observation depend, and their values."""
 
 
+@cache
 def _choices(model: str) -> dict[str, tuple[str, ...]]:
-    """The same with the tasks that a model has: some families of scenes are in 3D only, one in the plane."""
-    in_plane = ("clutter",) if model != MODELS[0] else ()
-    rows = [row for row in SCENARIOS if row["model"] in (MODELS[0], model) and row["name"] not in in_plane]
-    tasks = tuple(row["name"] for row in rows)
-    return {"task": tasks} | CHOICES
+    """The same with the tasks that a model has: some families of scenes are in the plane only, some in 3D."""
+    return {"task": tuple(row["name"] for row in SCENARIOS if _has(model, row["name"]))} | CHOICES
+
+
+def _has(model: str, task: str) -> bool:
+    try:
+        layout_of(model=model, task=task)
+    except ConfigError:
+        return False
+    return True
 
 
 def _capabilities() -> str:

@@ -24,6 +24,7 @@ import pytest
 from hypothesis import settings
 
 import snake_env
+from snake_env import Integrator, IOLinearizing
 from snake_env.registration import TASKS
 
 # A shell ignores Ctrl-C in what it runs in the background; the programs that tests interrupt would inherit that.
@@ -50,6 +51,20 @@ def cluster():
     yield nodes
     ray.shutdown()
     nodes.shutdown()
+
+
+@pytest.fixture(
+    params=[
+        {"model": "minimal"},
+        {"integrator": Integrator(method="thesis")},
+        {"model": "spatial", "integrator": Integrator(method="thesis")},
+        {"controller": IOLinearizing()},
+    ],
+    ids=("minimal", "thesis", "spatial thesis", "io"),
+)
+def simple_ground(request: pytest.FixtureRequest) -> dict[str, Any]:
+    """Keywords of runs whose ground has the same friction everywhere and both ways."""
+    return request.param
 
 
 @pytest.fixture(params=ENV_IDS)

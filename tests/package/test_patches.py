@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import snake_env
-from snake_env import ConfigError, Gait, Integrator, IOLinearizing, Patch, Randomization, Robot, Scene, Start, Stribeck
+from snake_env import ConfigError, Gait, Integrator, Patch, Randomization, Robot, Scene, Start, Stribeck
 from snake_env.obstacles import Box, HeightField
 
 G = 9.81
@@ -214,18 +214,9 @@ def test_a_patch_is_a_convex_polygon_with_a_factor(fields, message):
         Patch(**{"vertices": [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], "factor": 1.0, **fields})
 
 
-@pytest.mark.parametrize(
-    "keywords",
-    [
-        {"model": "minimal"},
-        {"integrator": Integrator(method="thesis")},
-        {"model": "spatial", "integrator": Integrator(method="thesis")},
-        {"controller": IOLinearizing()},
-    ],
-)
-def test_what_has_no_patches_refuses_them(keywords):
+def test_what_has_no_patches_refuses_them(simple_ground):
     with pytest.raises(ConfigError, match=r"scene\.patches = 1 patches: expected \(\)"):
-        snake_env.simulate(scene=ICE, duration=0.01, sample=0.01, **keywords)
+        snake_env.simulate(scene=ICE, duration=0.01, sample=0.01, **simple_ground)
 
 
 def test_mujoco_and_fields_with_the_friction_of_the_ground_refuse_them():

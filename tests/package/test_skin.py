@@ -163,20 +163,11 @@ def test_a_scene_keeps_its_skin(tmp_path):
     assert Scene().friction_backward is None
 
 
-@pytest.mark.parametrize(
-    "keywords",
-    [
-        {"model": "minimal"},
-        {"integrator": Integrator(method="thesis")},
-        {"model": "spatial", "integrator": Integrator(method="thesis")},
-        {"controller": IOLinearizing()},
-    ],
-)
-def test_what_has_no_skin_refuses_it(keywords):
+def test_what_has_no_skin_refuses_it(simple_ground):
     with pytest.raises(ConfigError, match=r"scene\.friction_backward = 0\.3: expected None"):
-        snake_env.simulate(scene=SCALES, duration=0.01, sample=0.01, **keywords)
+        snake_env.simulate(scene=SCALES, duration=0.01, sample=0.01, **simple_ground)
     equal = dataclasses.replace(SCALES, friction_backward=0.1)
-    snake_env.simulate(scene=equal, duration=0.01, sample=0.01, **keywords)
+    snake_env.simulate(scene=equal, duration=0.01, sample=0.01, **simple_ground)
 
 
 def test_mujoco_and_environments_with_a_symmetric_model_refuse_it():

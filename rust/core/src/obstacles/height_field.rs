@@ -344,7 +344,7 @@ impl HeightField {
     }
 
     /// Whether the parts that belong to a point of the grid may lie within `reach` of a line, by a sphere around its cell.
-    fn has_near(&self, line: &SolidLine, reach: f64, [i, j]: [usize; 2]) -> bool {
+    fn is_cell_near(&self, line: &SolidLine, reach: f64, [i, j]: [usize; 2]) -> bool {
         let [x, y] = [(i, 0), (j, 1)].map(|(index, axis)| self.origin[axis] + (index as f64 + 0.5) * self.spacing);
         let (last_i, last_j) = ((i + 1).min(self.size[0] - 1), (j + 1).min(self.size[1] - 1));
         let height = |i: usize, j: usize| self.heights[i * self.size[1] + j];
@@ -366,7 +366,7 @@ impl Surface for HeightField {
         for i in along_x {
             for j in along_y.clone() {
                 let parts = self.parts[i * self.size[1] + j];
-                if parts == 0 || (parts < 1 << WALL_X && !self.has_near(line, reach, [i, j])) {
+                if parts == 0 || (parts < 1 << WALL_X && !self.is_cell_near(line, reach, [i, j])) {
                     continue;
                 }
                 for kind in (0..KINDS).filter(|kind| parts & (1 << kind) != 0) {

@@ -2,7 +2,7 @@
 
 use crate::contact::{NearPair, link_obstacle_gap};
 use crate::math::{Laned, Real};
-use crate::obstacles::{Nodes, ObstacleGrid};
+use crate::obstacles::ObstacleGrid;
 use crate::rows::Screw;
 use crate::stepping::lanes::{Lanes, active, mask};
 use crate::stepping::{ContactImpulse, Driven, Members, SolvedRows};
@@ -23,7 +23,7 @@ impl<T: Real> Workspace<T> {
                 continue;
             }
             let Self { contacts, motion, stage, .. } = self;
-            let nodes = Nodes { links: &system.robot.links, movables: body.obstacles.movables() };
+            let nodes = system.nodes(&body.obstacles);
             let robot = motion.of_lane(nodes, lane, Real::lane(stage.coefficient, lane));
             let (near, displacement, margin) = (&mut body.warm_start.near, robot.bound.displacement, robot.margin(1.0));
             if !near.covers(displacement, margin) {
@@ -79,7 +79,7 @@ impl<T: Real> Workspace<T> {
     pub(super) fn end_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, obstacles: &ObstacleGrid) -> f64 {
         let (end, Heading { cos, sin }) =
             (self.result.end[pair.link].lane(lane), self.motion.heading[pair.link].lane(lane));
-        let link = Nodes { links: &system.robot.links, movables: obstacles.movables() }.get(pair.link);
+        let link = system.nodes(obstacles).get(pair.link);
         link_obstacle_gap(&end, cos, sin, link, obstacles, (pair.obstacle, pair.feature))
     }
 }

@@ -28,8 +28,8 @@ impl LaneFallback {
         Self { fallback: Fallback::new(links), stage: Stage::with_capacity(links), solution: StageSolution::new(links) }
     }
 
-    /// Solves the stage of `lane`, whose robot and obstacles are so many `nodes`, by the fallback. `None` if the stage has a value that is not finite (a diverged robot), or
-    /// if the fallback would cost more than `solves_left`.
+    /// Solves the stage of `lane`, whose links and discs are so many `nodes`, by the fallback. `None` if the stage has a
+    /// value that is not finite (a diverged robot), or if the fallback would cost more than `solves_left`.
     pub fn solve_lane<T: Real>(
         &mut self,
         stage: &Stage<T>,

@@ -6,7 +6,7 @@
 
 use crate::contact::{NearPair, link_obstacle_contact};
 use crate::math::{Laned, Real};
-use crate::obstacles::{Nodes, ObstacleGrid};
+use crate::obstacles::ObstacleGrid;
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{Driven, Members};
@@ -34,7 +34,7 @@ impl<T: Real> Workspace<T> {
                 sinking = sinking.max(Sinking::of(self.start_gap(lane, pair, system, obstacles), end));
             }
         }
-        let nodes = Nodes { links: &system.robot.links, movables: body.obstacles.movables() };
+        let nodes = system.nodes(&body.obstacles);
         self.visit_self_overlaps(nodes, lane, ALLOWED, |start, end| {
             sinking = sinking.max(Sinking::of(start, end));
         });
@@ -45,7 +45,7 @@ impl<T: Real> Workspace<T> {
     fn start_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, obstacles: &ObstacleGrid) -> f64 {
         let start = self.motion.start_pose[pair.link].lane(lane);
         let Heading { cos, sin } = Heading::of(start.z);
-        let link = Nodes { links: &system.robot.links, movables: obstacles.movables() }.get(pair.link);
+        let link = system.nodes(obstacles).get(pair.link);
         link_obstacle_contact(&start, cos, sin, link, obstacles, (pair.obstacle, pair.feature)).gap
     }
 

@@ -99,7 +99,7 @@ impl<T: Real> Workspace<T> {
                 continue;
             }
             let body = members.body(lane);
-            let nodes = Nodes { links: &members.system.robot.links, movables: body.obstacles.movables() };
+            let nodes = members.system.nodes(&body.obstacles);
             let robot = motion.of_lane(nodes, lane, Real::lane(stage.coefficient, lane));
             let mut add = |pair: [usize; 2], feature: usize, at_end: &[PlacedLink; 2], contact: &LinkPairContact| {
                 let known = body.warm_start.self_contacts.of(ContactId::of_pair(pair, feature));

@@ -3,7 +3,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::laws::{Skin, Stribeck, spin_coefficient};
-use crate::obstacles::Patches;
+use crate::obstacles::{Nodes, ObstacleGrid, Patches};
 use crate::robot::{Link, Robot};
 use crate::slope::Slope;
 use crate::stepping::PlantParameters;
@@ -92,6 +92,11 @@ impl PlanarSystem {
 
     pub fn patches(&self) -> &Patches {
         &self.patches
+    }
+
+    /// The links, and behind them what can be pushed.
+    pub fn nodes<'a>(&'a self, obstacles: &'a ObstacleGrid) -> Nodes<'a> {
+        Nodes { links: &self.robot.links, movables: obstacles.movables() }
     }
 
     /// Radius of the thinnest link \[m\].

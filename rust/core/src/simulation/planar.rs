@@ -2,7 +2,7 @@ use crate::capabilities::ModelName;
 use crate::contact::{PlacedLink, gap, link_pair_gap, self_gap, wall_gap};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
-use crate::obstacles::{Movable, Nodes, Patches};
+use crate::obstacles::{Movable, Patches};
 use crate::planar::{
     Moved, Planar, PlanarSystem, Pose, Twist, assemble_chain, largest_joint_gap, link_energy, visit_movable_pairs,
 };
@@ -85,7 +85,7 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
             });
             smallest = smallest.min(wall_gap(pose, link, obstacles));
         }
-        let nodes = Nodes { links: &self.system.robot.links, movables: obstacles.movables() };
+        let nodes = self.system.nodes(obstacles);
         let pose = |node: usize| match state.pose.get(node) {
             Some(pose) => *pose,
             None => state.movables[node - state.pose.len()].pose,

@@ -69,10 +69,9 @@ impl<M: RobotModel> BlockRow<M> {
                 let eye = Vector2::new(head.x, head.y);
                 obstacles.cast_rays(&eye, view.model.head_height(), &rays, values);
                 for peg in view.model.movables() {
-                    values
-                        .iter_mut()
-                        .zip(&rays)
-                        .for_each(|(value, ray)| *value = value.min(peg.distance_along(&eye, ray)));
+                    for (value, ray) in values.iter_mut().zip(&rays) {
+                        *value = value.min(peg.distance_along(&eye, ray));
+                    }
                 }
             },
         },

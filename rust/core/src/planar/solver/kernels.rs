@@ -60,7 +60,8 @@ impl<T: Real> Kernel for FrictionError<'_, T> {
     }
 }
 
-/// [`Newton::step`] with contacts between links, obstacles that can be pushed or a skin, apart from the code of all other stages.
+/// [`Newton::step`] with contacts between links, obstacles that can be pushed or a skin, apart from the code of all other
+/// stages.
 pub(super) struct CoupledStep<'a, T: Real> {
     pub newton: &'a mut Newton<T>,
     pub active: T::Mask,

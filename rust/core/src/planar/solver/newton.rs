@@ -62,7 +62,7 @@ impl<T: Real> Newton<T> {
             skin: None,
             stops: Vec::with_capacity(links - 1),
             motors: Vec::new(),
-            spins: Vec::new(),
+            spins: Vec::with_capacity(links),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             obstacle_friction: ObstacleFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),

@@ -1,5 +1,7 @@
 //! Robots and their references into lanes.
 
+use nalgebra::Vector2;
+
 use crate::math::{Laned, MAX_LANES, Real};
 use crate::planar::{Body, Moved, Planar, PlanarSystem, Pose, Twist};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, mask};
@@ -40,11 +42,11 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             for (lanes, torque) in self.actuator_torque.iter_mut().zip(&warm_start.joint_torque) {
                 lanes.set_lane(lane, -torque);
             }
-            let contacts = state.pose.iter().zip(&state.twist);
-            self.shares.find_patches(
-                lane,
-                contacts.map(|(pose, twist)| ContactPoint { place: pose.xy(), velocity: twist.xy() }),
-            );
+            if self.shares.has_patches() {
+                let contacts = state.pose.iter().zip(&state.twist);
+                let point = |(pose, twist): (&Pose, &Twist)| ContactPoint { place: pose.xy(), velocity: twist.xy() };
+                self.shares.find_patches(lane, contacts.map(point));
+            }
             for (i, (q, u)) in state.pose.iter().zip(&state.twist).enumerate() {
                 self.motion.start_pose[i].set_lane(lane, q);
                 self.motion.start_twist[i].set_lane(lane, u);
@@ -52,8 +54,9 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             for (link, lanes) in self.spin_torque.iter_mut().enumerate() {
                 lanes.set_lane(lane, warm_start.spin.get(link).copied().unwrap_or(0.0));
             }
-            for (node, lanes) in self.friction_force.iter_mut().enumerate() {
-                let force = warm_start.friction.get(node).copied().unwrap_or_default();
+            // None of what only other lanes can push.
+            let forces = warm_start.friction.iter().copied().chain(std::iter::repeat(Vector2::zeros()));
+            for (lanes, force) in self.friction_force.iter_mut().zip(forces) {
                 lanes.x.set_lane(lane, force.x);
                 lanes.y.set_lane(lane, force.y);
             }

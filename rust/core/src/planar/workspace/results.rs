@@ -3,7 +3,6 @@
 use nalgebra::Vector2;
 
 use crate::math::{Laned, Mask, Real, read_lane};
-use crate::obstacles::Nodes;
 use crate::planar::contact_detection::MARGIN;
 use crate::planar::{Body, Moved, Planar, PlanarSystem, StageSolution};
 use crate::stepping::lanes::{Lanes, active};
@@ -109,7 +108,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
             body.warm_start.near.arrive(displacement, error);
             body.warm_start.near.end_step();
         }
-        let nodes = Nodes { links: &system.robot.links, movables: body.obstacles.movables() };
+        let nodes = system.nodes(&body.obstacles);
         let gap = |id| self.end_gap_of_pair(nodes, lane, id);
         body.warm_start.self_contacts.end_step(gap);
         let per_second = 1.0 / self.stage.coefficient.lane(lane);
@@ -123,7 +122,8 @@ impl<T: Real> Workspace<T> {
     /// Keeps the friction of the last stage as the next initial guess.
     fn keep_friction(&self, lane: usize, body: &mut Body) {
         let (own, chain) = (self.own_movables[lane], self.drives.target.len() + 1);
-        let spins = if own > 0 || self.movables == 0 || self.resists_spin { chain + own } else { 0 };
+        // Other lanes may have discs that turn.
+        let spins = if own > 0 || self.resists_spin { chain + own } else { 0 };
         body.warm_start.spin.clear();
         body.warm_start.spin.extend(self.spin_torque.iter().take(spins).map(|torque| torque.lane(lane)));
         body.warm_start.friction.resize(chain + own, Vector2::zeros());

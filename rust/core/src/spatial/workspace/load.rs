@@ -42,18 +42,9 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             if std::mem::take(&mut state.is_postponed) {
                 self.motion.guess.set_lane(lane, &state.guess);
             }
+            // The links have been placed only now.
             if self.shares.has_patches() {
-                let Self { motion, stage, shares, .. } = self;
-                let links = stage.links.iter().zip(motion.start_frames.iter().zip(&motion.expected));
-                let contacts = links.flat_map(|(link, (frame, twist))| {
-                    let (at, twist) = (frame.axis_of(lane), twist.lane(lane));
-                    link.spheres().map(|along| {
-                        let arm = at.axis * along.lane(lane);
-                        let (place, velocity) = ((at.position + arm).xy(), twist.velocity_at(&arm).xy());
-                        ContactPoint { place, velocity }
-                    })
-                });
-                shares.find_patches(lane, contacts);
+                self.find_patches(lane);
             }
         }
     }
@@ -91,6 +82,21 @@ impl<T: Real> StageInput<T> for Workspace<T> {
 }
 
 impl<T: Real> Workspace<T> {
+    /// Finds the patches below a lane's end spheres.
+    fn find_patches(&mut self, lane: usize) {
+        let Self { motion, stage, shares, .. } = self;
+        let links = stage.links.iter().zip(motion.start_frames.iter().zip(&motion.expected));
+        let contacts = links.flat_map(|(link, (frame, twist))| {
+            let (at, twist) = (frame.axis_of(lane), twist.lane(lane));
+            link.spheres().map(|along| {
+                let arm = at.axis * along.lane(lane);
+                let (place, velocity) = ((at.position + arm).xy(), twist.velocity_at(&arm).xy());
+                ContactPoint { place, velocity }
+            })
+        });
+        shares.find_patches(lane, contacts);
+    }
+
     /// Constants of the lanes' own robots; nothing to do where all are as the system's.
     fn load_variations<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
         let was_varied = self.is_varied;
