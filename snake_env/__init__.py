@@ -18,6 +18,7 @@ except ImportError as error:
 
 from snake_env import minimal, obstacles, rewards
 from snake_env._native import lanes as _lanes
+from snake_env.batch import Batch
 from snake_env.config import (
     PD,
     Gait,
@@ -70,6 +71,7 @@ def __getattr__(name: str) -> Any:
 
 __all__ = [
     "PD",
+    "Batch",
     "ConfigError",
     "DivergenceError",
     "Gait",

@@ -86,10 +86,12 @@ class Robots:
         seeds: Sequence[int | None],
         rng: np.random.Generator,
         options: Options | None = None,
+        buffers: StepBuffers | None = None,
     ) -> StepBuffers:
         """Starts a new episode of the robots in ``mask``, the next of its stream where the seed is None.
 
-        The other robots report their present observation, and zeros. A refused reset changes nothing.
+        The other robots report their present observation, and what ``buffers`` has of them: None, new ones with zeros.
+        A refused reset changes nothing.
         """
         unseeded = [i for i in np.flatnonzero(mask & ~self._seeded).tolist() if seeds[i] is None]
         random_state = rng.bit_generator.state if unseeded else None
@@ -101,7 +103,7 @@ class Robots:
             if random_state is not None:
                 rng.bit_generator.state = random_state
             raise
-        buffers = self._buffers.new()
+        buffers = buffers or self._buffers.new()
         self._begin(mask, seeds, buffers.arrays)
         self.native.observe(~mask, buffers.arrays.observation)
         self._seeded |= mask

@@ -1,7 +1,7 @@
 //! `Batch`: environments stepped side by side, writing into arrays that Python passes.
 
 use nalgebra::Vector3;
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyReadwriteArray2};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyReadwriteArray2, PyReadwriteArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use pythonize::pythonize;
@@ -17,6 +17,7 @@ use crate::ffi::{CoreError, detached, interruptible, signal_raised};
 use crate::from_python::from_python;
 use crate::memory;
 use crate::numbers::set_array;
+use crate::parameters::ParameterArrays;
 use crate::scenes::Scenes;
 use crate::step_buffers::{StepBuffers, shape};
 use crate::world::WorldConfig;
@@ -171,6 +172,25 @@ impl Batch {
         Ok(())
     }
 
+    /// Changes how each robot differs from the configured one, until its next episode, or changes none.
+    fn set_parameters(&mut self, arrays: ParameterArrays<'_>) -> PyResult<()> {
+        let n = self.core.num_envs();
+        arrays.check_shapes(n)?;
+        let core = &mut self.core;
+        of_model!(core, core => {
+            let present = |core: &Rows<_>, row: usize| core.environment(row).drawn().parameters;
+            let wanted = |core: &Rows<_>, row: usize| arrays.of_row(row, present(core, row));
+            // Ranges are checked where there is something new.
+            if (0..n).any(|row| wanted(core, row).is_ok_and(|wanted| wanted != present(core, row))) {
+                arrays.check_values(&self.config)?;
+                for row in 0..n {
+                    core.set_parameters(row, wanted(core, row)?);
+                }
+            }
+        });
+        Ok(())
+    }
+
     /// Prescribes where the next episodes of rows take place, or none of them; see [`WorldConfig`].
     fn set_next_worlds(&mut self, py: Python<'_>, rows: Vec<usize>, worlds: Vec<Bound<'_, PyDict>>) -> PyResult<()> {
         self.require_rows(&rows, worlds.len(), "worlds")?;
@@ -205,6 +225,12 @@ impl Batch {
         rows.iter().try_for_each(|row| self.require_row(*row))?;
         let core = &self.core;
         of_model!(core, core => read_state(py, core, &rows))
+    }
+
+    /// Writes quantities of the state of all rows into arrays, float64 (n, ...).
+    fn read(&self, names: Vec<String>, mut arrays: Vec<PyReadwriteArrayDyn<'_, f64>>) -> PyResult<()> {
+        let core = &self.core;
+        of_model!(core, core => read_into(core, &names, &mut arrays))
     }
 
     /// The scene of a row, as a mapping with the fields of a `Scene`.
@@ -287,6 +313,23 @@ fn read_state<'py, M: RobotModel>(py: Python<'py>, batch: &Rows<M>, rows: &[usiz
     let paths = environments().map(|one| one.goal().path().iter().map(|point| [point.x, point.y]).collect());
     set_ragged::<2>(&dict, "path", &paths.collect::<Vec<_>>())?;
     Ok(dict)
+}
+
+fn read_into<M: RobotModel>(
+    batch: &Rows<M>,
+    names: &[String],
+    arrays: &mut [PyReadwriteArrayDyn<'_, f64>],
+) -> PyResult<()> {
+    let rows: Vec<usize> = (0..batch.num_envs()).collect();
+    for (name, array) in names.iter().zip(arrays) {
+        let found = quantities_of::<M>().find(|quantity| quantity.name == name);
+        let quantity = found.ok_or_else(|| ConfigError::new("name", name, "a quantity of the state"));
+        let quantity = quantity.map_err(CoreError::from)?;
+        let shape_of_row = (quantity.shape)(batch.environment(0).robot());
+        shape(name, &*array, &[&[rows.len()], shape_of_row.as_slice()].concat())?;
+        batch.read(quantity, &rows, shape_of_row.iter().product(), array.as_slice_mut()?);
+    }
+    Ok(())
 }
 
 /// Tables of different lengths as one array, filled up with rows that are not numbers.

@@ -13,6 +13,7 @@ mod layout;
 mod memory;
 mod minimal;
 mod numbers;
+mod parameters;
 mod planar;
 mod plants;
 mod records;

@@ -22,7 +22,7 @@ use crate::environment::{EnvConfig, Environment, EnvironmentState, PlanarRobot, 
 use crate::error::{ConfigError, require, within};
 use crate::interrupt::Interrupt;
 use crate::math::MAX_LANES;
-use crate::stepping::Fleet;
+use crate::stepping::{Fleet, PlantParameters};
 
 use chunk::Chunk;
 use row::Row;
@@ -168,6 +168,11 @@ impl<M: RobotModel> Batch<M> {
     pub fn strike(&mut self, row: usize, impulses: impl IntoIterator<Item = Vector3<f64>>) {
         let model = self.row_mut(row).environment.model_mut();
         impulses.into_iter().enumerate().for_each(|(link, impulse)| model.strike(link, &impulse));
+    }
+
+    /// Changes how the robot of a row differs from the configured one, until its next episode.
+    pub fn set_parameters(&mut self, row: usize, parameters: PlantParameters) {
+        self.row_mut(row).environment.set_parameters(parameters);
     }
 
     /// Keeps from now on the states of a row's robot at the ends of the parts of steps within a control period, see

@@ -14,6 +14,7 @@ use crate::planar::{PlanarState, PlanarSystem};
 use crate::robot::Robot;
 use crate::scene::Peg;
 use crate::simulation::PlanarSimulation;
+use crate::stepping::PlantParameters;
 
 use super::action::ActionEntry;
 use super::config::{EnvConfig, Perception};
@@ -163,6 +164,12 @@ impl<M: RobotModel> Environment<M> {
     /// What the episode has drawn beside the scene.
     pub fn drawn(&self) -> &EpisodeParameters {
         &self.drawn
+    }
+
+    /// Changes how the robot of this episode differs from the configured one.
+    pub fn set_parameters(&mut self, parameters: PlantParameters) {
+        self.drawn.parameters = parameters;
+        self.model.set_parameters(parameters);
     }
 
     /// Starts an episode: with a seed its episode 0, without one the next episode of the last seed.
