@@ -125,17 +125,19 @@ pictures: build
 
 # Wheels for Linux on two processors, for glibc 2.28 and later, and the source distribution, all in dist/.
 WHEEL_TARGETS := x86_64-unknown-linux-gnu aarch64-unknown-linux-gnu
+# Free-threaded Python, which the stable ABI leaves out, where it is installed.
+FREE_THREADED := $(shell command -v python3.14t)
 # Oldest and newest supported Python and Gymnasium; interpreters that are not there are left out.
-WHEEL_PYTHONS := 3.10 3.13 3.14
+WHEEL_PYTHONS := $(if $(FREE_THREADED),3.14t) 3.10 3.13 3.14
 GYMNASIUMS := 1.1 1
 
 wheels: .venv/.wheel-tools
 	rm -rf dist
 	rustup target add $(WHEEL_TARGETS)
-	for target in $(WHEEL_TARGETS); do \
-		PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/maturin build --release --locked --zig \
+	for target in $(WHEEL_TARGETS); do for python in "" $(FREE_THREADED); do \
+		PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/maturin build --release --locked --zig $${python:+--interpreter python3.14t} \
 			--compatibility manylinux_2_28 --target $$target --out dist || exit 1; \
-	done
+	done; done
 	$(BIN)/maturin sdist --out dist
 	$(MAKE) check-wheels
 

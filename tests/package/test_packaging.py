@@ -117,3 +117,15 @@ def test_the_stub_has_the_extensions_parameters(name):
 def test_constraints_pin_versions_and_nothing_else():
     for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines():
         assert re.fullmatch(r"[a-z0-9-]+==[0-9a-z.]+( ; .+)?", line), line
+
+
+def test_workflows_pin_what_they_use_by_commit_and_say_its_version():
+    lines = [
+        line
+        for workflow in (ROOT / ".github/workflows").glob("*.yml")
+        for line in workflow.read_text(encoding="utf-8").splitlines()
+        if "uses:" in line
+    ]
+    assert len(lines) > 10
+    for line in lines:
+        assert re.fullmatch(r" *- uses: [\w/-]+@[0-9a-f]{40} # v[\d.]+", line), line
