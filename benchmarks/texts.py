@@ -14,8 +14,8 @@ run. Ours is the whole step of the environment, MuJoCo's only its physics. Both 
 their settings, which the benchmark searches. MuJoCo's planar model has its ground friction made exact
 (`benchmarks/mujoco_model.py`). *Not reached*: at no setting, in steps down to 0.25 ms, in 3D to 0.1 ms."""
 
-EQUAL_ERROR_SHORT = """**Cost at equal error under random actions**: MuJoCo's over ours, then CPU milliseconds per
-simulated second, ours / MuJoCo, and the bias of the actuators' work. The error is that of the worst link after one
+EQUAL_ERROR_SHORT = """**Cost at equal error under random actions**: MuJoCo's over ours. Then CPU milliseconds per
+simulated second and the bias of the actuators' work, ours / MuJoCo. The error is that of the worst link after one
 control period. Ours is the whole step of the environment, MuJoCo's only its physics."""
 
 ELSEWHERE = """Costs by error: [speed and accuracy](accuracy.md#beside-mujoco). Steps of our default settings beside

@@ -48,8 +48,8 @@ class Batch:
             are commanded on free ground, and robots start alike.
 
     Attributes:
-        command: (n, a) float64, what robots are to do: by default the reference of each joint [rad]; with another
-            ``action_mode`` joint torques [N m], or whatever else ``layout["action"]`` lists, in its units.
+        command: (n, a) float64, what robots are to do: by default the reference of each joint [rad]. With another
+            ``action_mode`` what ``layout["action"]`` lists, in its units.
         state: float64 arrays (n, ...) by name, after the last call.
         info: arrays (n,) by name, what ``infos`` of environments report of the last control period, ``residual`` and
             ``diverged`` among them.

@@ -8,6 +8,7 @@ from __future__ import annotations
 import itertools
 import json
 import re
+import textwrap
 from collections.abc import Iterable
 from functools import cache
 from typing import Any
@@ -73,8 +74,8 @@ WORLD = {
     "peg_friction": "range of the Coulomb coefficient between links and drawn pegs, one per episode, 0 to 10; starts "
     "then have no jitter; null: pegs without friction",
     "precision": '"fast", "default" or "fine": how accurate the time stepping is; fields of `integrator` override it',
-    "goal": "in place of the task's: the distance of a goal line, a goal point (x, y) or (x, y, radius), a path "
-    "[(x, y), ...], all in m, or a command ([interface](interface.md#starts-goals-and-paths))",
+    "goal": "in place of the task's: distance of a goal line, goal point (x, y) or (x, y, radius), or path "
+    "[(x, y), ...], in m; or a command ([interface](interface.md#starts-goals-and-paths))",
     "corridor": 'deprecated: (y, half width), `corridor_half_width` and `goal={"centre_line": y}` now',
 }
 """Keywords that are no fields of the core's configuration."""
@@ -116,7 +117,9 @@ not needed. Blocks come in this order; sizes are those of the default robot.
 [sensors of real robots](interface.md#sensors-of-a-real-robot); `observation_blocks` names them.
 """
 
-SAME_BLOCKS = """Blocks in order: {order}. Those without a row below are as in the planar model.
+SAME_BLOCKS = """Blocks without a row below are as in the planar model. They come in this order:
+
+{order}
 """
 
 FOOTER = """## Vector environments
@@ -142,7 +145,7 @@ ceil(num_envs / 8))) and `autoreset_mode`. Further keywords of every environment
 ## Curriculum and randomisation
 
 `set_difficulty(d)`, in a batch `set_difficulty(d, mask)`, sets the difficulty of later episodes
-([in Stable-Baselines3](sb3.md#callbacks)).
+([in Stable-Baselines3](training.md#callbacks)).
 
 `randomization=snake_env.Randomization(...)` samples parameters per robot and episode. Everything is off by default;
 `snake_env.Randomization.thesis()` switches on what the thesis lists as discrepancies (T 7.5.4).
@@ -288,7 +291,8 @@ def _observation(model: str) -> str:
         (*cells, "as in the planar model" if meaning == planar.get(cells[0], cells)[-2] else meaning, needs)
         for *cells, meaning, needs in (row for row in rows if row not in planar.values())
     ]
-    text = SAME_BLOCKS.format(order=", ".join(row[0] for row in rows))
+    order = textwrap.wrap(" ".join(row[0] for row in rows), 100)
+    text = SAME_BLOCKS.format(order=textwrap.indent("\n".join(order), "    "))
     return "\n".join(["### Observations\n", text, _table(head, own)])
 
 

@@ -42,7 +42,7 @@ class _Body(Section):
 
 @dataclass(frozen=True)
 class Circle(_Body):
-    """A peg, or with a mass a disc that lies on the ground and can be pushed: x and y are then where it lies at first.
+    """A peg, or with a mass a disc on the ground that can be pushed. It lies at x and y at first.
 
     Args:
         radius: radius [m], > 0.
@@ -51,8 +51,8 @@ class Circle(_Body):
         friction: Coulomb coefficient between links and the obstacle, >= 0; 0 with a mass.
         mass: of a homogeneous disc, > 0; None: fixed. The planar model only [kg].
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
-        ground_friction: Coulomb coefficient between the ground and the disc, which presses on it evenly: besides
-            sliding, with mu m g, this resists spin, with 2/3 R mu m g. None: 0.2, as of links. Only with a mass.
+        ground_friction: Coulomb coefficient between the ground and the disc, which presses on it evenly. It resists
+            sliding with mu m g and spin with 2/3 R mu m g. None: 0.2, as of links. Only with a mass.
     """
 
     radius: float

@@ -30,8 +30,8 @@ def progress(state: State, action: Action, previous_action: Action) -> Array:
 
 
 def tracking(state: State, action: Action, previous_action: Action) -> Array:
-    """Length of the displacement of the centre of gravity that is commanded for this step, minus its distance from the
-    actual one; 0 without a commanded speed [m].
+    """Length of the commanded displacement of the centre of gravity in this step, minus its distance from the actual
+    one [m]. 0 without a commanded speed.
     """
     return term(state, "tracking")
 

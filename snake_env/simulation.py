@@ -72,9 +72,8 @@ def simulate(
         DivergenceError: the state became NaN, infinite or implausibly fast.
 
     Warns:
-        UserWarning: a link overlapped a peg, or in the spatial model the ground, by more than a millimetre, as when the
-            robot starts inside one; solves ended before their tolerance; or all samples of a :class:`JointTrajectory`
-            lie before the run or after it.
+        UserWarning: a link overlapped a peg, or in the spatial model the ground, by more than a millimetre. Or solves
+            ended before their tolerance. Or all samples of a :class:`JointTrajectory` lie before the run or after it.
     """
     _checks.choice("model", model, MODELS)
     of_run: dict[str, Any] = {"robot": _robot(robot, self_contact), "scene": _scene(model, scene)}

@@ -27,8 +27,8 @@ class State:
         distance: (n,) distance of the centre of gravity towards the goal, gained since the start [m].
         reward_terms: (n, t) value of each built-in reward term in the last step, without its weight, in the order of
             :data:`snake_env.rewards.TERMS`.
-        goal: (n, 2) centre of the goal disc, end of the path, or where the corridor's centre line meets the goal line;
-            NaN where the goal is a direction [m].
+        goal: (n, 2) centre of the goal disc, end of the path, or where the corridor's centre line meets the goal line
+            [m]. NaN where the goal is a direction.
         goal_radius: (n,) of the goal disc, or the length at the end of a path that need not be covered; 0 for a goal
             line [m].
         goal_direction: (n,) angle from +x to the goal direction [rad].
@@ -38,12 +38,12 @@ class State:
         link_position: (n, L, 2) CGs of the links [m]; (n, L, 3) in 3D.
         link_velocity: (n, L, 2) their velocities [m/s]; (n, L, 3) in 3D.
         link_angular_velocity: (n, L) [rad/s]; (n, L, 3) in 3D.
-        joint_angle: (n, L - 1) [rad]; (n, L - 1, 2) in 3D, yaw and pitch, which lowers the links behind its joint;
+        joint_angle: (n, L - 1) [rad]; (n, L - 1, 2) in 3D, yaw and pitch, which lowers the links behind its joint.
             (n, a) of a robot with ``axes`` of its own, see :attr:`snake_env.Robot.joint_axes`.
         joint_rate: of the same shape [rad/s].
         joint_torque: of the same shape, of the actuators in the last integration step, thesis sign [N m].
-        contact_force: (n, L, 2) force of the obstacles on each link, averaged over the last control period [N];
-            (n, L, 3) in 3D, with the normal force and friction of top faces.
+        contact_force: (n, L, 2) force of the obstacles on each link, mean over the last control period [N]. (n, L, 3)
+            in 3D, with the normal force and friction of top faces.
         self_contact_force: of the same shape, force of the robot's other links [N]; zero where the model has none.
         link_half_length: (L,) half length of the straight sides of a link's outline [m].
         link_radius: (L,) half width of a link and radius of its round ends [m].
@@ -53,10 +53,10 @@ class State:
         normal_force: (n, L) normal force of the ground, without that of top faces, averaged over the last control
             period [N]; 3D only.
         obstacles: (n, k, 3) radius and centre (radius, x, y) of the fixed pegs, NaN where a robot has fewer than k [m].
-        obstacle_position: (n, q, 2) centres of the obstacles that can be pushed, in the order of
-            ``scene(i).obstacles``, which has where they were at first; NaN where a robot has fewer than q [m].
-        obstacle_force: (n, m, 2|3) force of each obstacle on the robot, averaged over the last control period, in the
-            order of ``scene(i).obstacles``; NaN where a robot has fewer than m [N].
+        obstacle_position: (n, q, 2) centres of the obstacles that can be pushed [m], in the order of
+            ``scene(i).obstacles``, which has where they were at first. NaN where a robot has fewer than q.
+        obstacle_force: (n, m, 2|3) force of each obstacle on the robot, likewise, in the order of
+            ``scene(i).obstacles`` [N]. NaN where a robot has fewer than m.
         path: (n, p, 2) corners of the path to follow, NaN where a robot's has fewer than p [m].
         info: what ``info`` reports, (n,) each; for reward and termination functions, else empty.
     """

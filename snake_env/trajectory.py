@@ -27,23 +27,23 @@ class Trajectory:
         time: (T,) [s].
         position: (T, n, 2) CGs of the links [m]; (T, n, 3) in the spatial model.
         angle: (T, n) absolute link angles [rad]; in the spatial model the yaw of each centre line, in (-pi, pi].
-        joint_angle: (T, n - 1) [rad]; (T, n - 1, 2) in the spatial model, yaw and pitch, which lowers the links behind
-            its joint, other than that of a :class:`snake_env.Start`; (T, a) where the robot has ``axes`` of its own, as
+        joint_angle: (T, n - 1) [rad]; (T, n - 1, 2) in the spatial model, yaw and pitch. Pitch lowers the links behind
+            its joint, other than that of a :class:`snake_env.Start`. (T, a) where the robot has ``axes`` of its own, as
             ``axes`` lists them. The same holds of ``joint_torque``, ``joint_rate`` and powers.
-        joint_torque: (T, n - 1) actuator torques of the last step [N m]: planar tau_C of (T 3.51), which acts on the
-            link before the joint; minimal model tau of (T 7.8), which drives the joint angle up. Spatial model:
+        joint_torque: (T, n - 1) actuator torques of the last step [N m]. Planar: tau_C of (T 3.51), which acts on the
+            link before the joint. Minimal model: tau of (T 7.8), which drives the joint angle up. Spatial model:
             (T, n - 1, 2), tau_C of (T 4.89), yaw and pitch. Of a motor without what its rotor and gear take.
-        contact_force: (T, n, 2) obstacle force on each link, averaged over the sample interval (T 7.6) [N]; (T, n, 3)
-            in the spatial model, with the normal force and friction of top faces.
-        self_contact_force: (T, n, 2) force of the robot's other links on each link, averaged over the sample interval
-            [N]; (T, n, 3) in the spatial model; None without self-contact.
+        contact_force: (T, n, 2) obstacle force on each link, mean over the sample interval (T 7.6) [N]. (T, n, 3) in
+            the spatial model, with the normal force and friction of top faces.
+        self_contact_force: (T, n, 2) force of the robot's other links on each link, likewise [N]; (T, n, 3) in the
+            spatial model. None without self-contact.
         residual: (T,) worst certified residual since the last sample: violation of balance, joints and laws, as a
             velocity [m/s].
         iterations: (T,) solver iterations since the last sample.
         unconverged: (T,) solves since the last sample that ended before their tolerance.
         fallbacks: (T,) solves since the last sample that Newton's method left to the fallback.
-        energy: (T,) kinetic and potential energy, the latter zero with every CG at the height of the origin: on level
-            ground always in the planar and the minimal model [J].
+        energy: (T,) kinetic and potential energy [J]. The latter is zero with every CG at the height of the origin, as
+            in the plane on level ground.
         max_joint_gap: largest distance between the two ends that meet in a joint, at any step [m].
         max_penetration: deepest overlap of a link and an obstacle, in the spatial model also the ground, with
             self-contact also another link, at any step [m].
@@ -57,7 +57,7 @@ class Trajectory:
         scene: obstacles and ground of the run.
         robot: of the run.
 
-    Where ``record`` of :func:`snake_env.simulate` names them, otherwise None; forces and power are means over the
+    Where ``record`` of :func:`snake_env.simulate` names them, otherwise None. Forces and power are means over the
     sample interval, zero in row 0 but for constant normal forces. A link touches the ground in c contacts: 1 in the
     planar model, under its CG; 2 in the others, in front and behind.
 
@@ -65,19 +65,19 @@ class Trajectory:
         angular_velocity: (T, n) of the links [rad/s]; (T, n, 3), frame I, in the spatial model ("velocity").
         obstacle_velocity: (T, k, 2) of the obstacles that can be pushed [m/s] ("velocity").
         joint_rate: (T, n - 1) [rad/s]; (T, n - 1, 2) in the spatial model, yaw and pitch ("velocity").
-        ground_friction: (T, n, c, 2) friction of the ground on each link, x and y of the inertial frame, with viscous
-            friction, without the moment of rolling friction [N] ("ground"). While planar links stick, their forces are
+        ground_friction: (T, n, c, 2) friction of the ground on each link, x and y of the inertial frame [N] ("ground").
+            It includes viscous friction, not the moment of rolling friction. While planar links stick, their forces are
             one of many solutions; their sum is unique.
         ground_normal: (T, n, c) normal force of the ground, zero at a contact on a top face [N] ("ground").
         obstacle_force: (T, m, 2|3) force of each of the m obstacles of the scene on the robot, at sides, edges and top
             faces [N] ("obstacles").
-        pair_force: (T, n, n, 2) force on each link of each other link, ``[:, i, j]`` on link i of link j [N];
-            (T, n, n, 3) in the spatial model ("self_contacts").
+        pair_force: (T, n, n, 2) force of each other link on each link, ``[:, i, j]`` on link i [N]. (T, n, n, 3) in the
+            spatial model ("self_contacts").
         actuator_power: (T, n - 1) power of each actuator [W]; (T, n - 1, 2) in the spatial model ("power").
         friction_power: (T,) power of all friction, that of rolling, obstacles and gears included, never positive [W]
             ("power").
         motor_power: (T, n - 1) mechanical power of each motor, mean since the last sample [W]; (T, n - 1, 2) in the
-            spatial model; of robots with a ``motor``.
+            spatial model. Of robots with a ``motor``.
         electrical_power: what each motor draws, heat included, never negative [W]; alike.
     """
 
@@ -155,8 +155,8 @@ class Trajectory:
     def save(self, path: str | Path) -> Path:
         """Writes the run as the ending of the name says.
 
-        * ``.npz``, ``.csv``, ``.parquet`` (extra ``data``): the samples, which :func:`snake_env.load_trajectory` reads;
-          beside a ``.csv``, which has the columns of :meth:`to_dataframe`, a ``.json`` holds robot and scene.
+        * ``.npz``, ``.csv``, ``.parquet`` (extra ``data``): the samples, which :func:`snake_env.load_trajectory` reads.
+          A ``.csv`` has the columns of :meth:`to_dataframe`, and a ``.json`` beside it robot and scene.
         * ``.html`` (extra ``view``): a page that needs no server. ``.mp4`` (extra ``video``): a film.
 
         Returns:

@@ -97,12 +97,12 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         """Starts new episodes, of all robots or of those in ``options["reset_mask"]``.
 
         Robots outside the mask keep their state and return their present observation. ``options`` may also have the
-        ``scene``, ``start`` and ``goal`` of these episodes, as the keywords of the environment take them, and the
-        ``difficulty`` of these robots from now on.
+        ``scene``, ``start`` and ``goal`` of these episodes, as the keywords of the environment take them.
+        ``difficulty`` is that of these robots from now on.
 
-        A list in ``options`` has one entry per robot of the batch, None where a robot has none; as a keyword it is one
-        value for all. A goal point of all robots is therefore a tuple or an array here, ``(3.0, 1.0)``, and a path an
-        array or a mapping: ``[3.0, 1.0]`` are the goal lines of two robots.
+        A list in ``options`` has one entry per robot of the batch, None where a robot has none. As a keyword it is one
+        value for all. Here a goal point of all robots is therefore a tuple or an array, ``(3.0, 1.0)``, and a path an
+        array or a mapping. ``[3.0, 1.0]`` are the goal lines of two robots.
 
         Raises:
             ConfigError: names the seed, option or mask that is not admissible.
@@ -214,8 +214,8 @@ class SnakeVectorEnv(RobotsEnvironment, VectorEnv):
         The next step passes it on along the chain. A force F that acts for a short time t is the impulse F t.
 
         Args:
-            impulse: (k, L, 2) in the plane and (k, L, 3) in 3D for the k robots in ``mask``, in order, or one (L, 2 or
-                3) for all of them; world frame [N s].
+            impulse: (k, L, 2), in 3D (k, L, 3), for the k robots in ``mask`` [N s]. Or one (L, 2 or 3) for all of them.
+                World frame.
             mask: bool (n,); None: all robots.
 
         Raises:

@@ -47,7 +47,7 @@ panels[1].legend(ncols=5, fontsize=7)
 plt.show()
 
 # %% [markdown]
-# Rolling: both waves alike, without a phase shift along the body, which is bent to an arc and turns about its own axis.
+# Rolling: both waves alike, without a phase shift along the body. It bends to an arc and turns about its own axis.
 
 # %%
 rolling = snake_env.simulate(model="spatial", gait=Gait.lateral_rolling(), duration=6.0, sample=0.05)

@@ -37,7 +37,7 @@ class PD(Section):
     def aiko(cls, **changes: Any) -> PD:
         """Aiko's joints: P control and motors that saturate (T 7.4), (T 7.5.4); keywords replace these values.
 
-        The thesis gives neither gain nor torque. k_P = 50 N m/rad and 5 N m are estimates: the lifted links of
+        The thesis gives neither gain nor torque. k_P = 50 N m/rad and 5 N m are estimates. The lifted links of
         sidewinding then sag by some degrees, and the course of Table 7.5 needs up to 5 N m.
         """
         return cls(**({"kp": 50.0, "kd": 0.0, "torque_limit": 5.0} | changes))
@@ -47,18 +47,17 @@ class PD(Section):
 class IOLinearizing(Section):
     """Input-output linearising joint controller (T 6.58), (T 6.60); the default gains are the thesis's (T Table 7.2).
 
-    tau = M22_bar u + h2_bar - g2_bar, u = phi_d'' - K_D (phi' - phi_d') - K_P (phi - phi_d), with the smooth friction
-    (T 6.21) at two points per link as the controller's model, whatever the plant's law; in the planar model too.
+    tau = M22_bar u + h2_bar - g2_bar, with u = phi_d'' - K_D (phi' - phi_d') - K_P (phi - phi_d). The controller's
+    model is the smooth friction (T 6.21) at two points per link, whatever the plant's law, in the planar model too.
 
     Args:
         kp: K_P [1/s^2], >= 0.
         kd: K_D [1/s], >= 0.
         torque_limit: largest torque of a joint [N m], > 0; None for none.
         active_from: the actuators are off before this time [s], >= 0.
-        treatment: "implicit" computes the torque continuously, in a time step from the state at its end, without
-            limit on the step (under noise from a measurement every 2.5e-4 s); "step" from the state at the start of
-            the step, held over it (``Integrator.step``, here by default 2.5e-4 s); a number is a control period [s]
-            over which torques are held.
+        treatment: "implicit": the torque follows from the state at the end of a time step, without limit on the step.
+            Under noise it follows from a measurement every 2.5e-4 s. "step": from the state at its start, held over it
+            (``Integrator.step``, here by default 2.5e-4 s). A number: a control period [s] over which torques are held.
     """
 
     _section = "controller"

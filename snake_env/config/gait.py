@@ -70,11 +70,11 @@ class Gait(Section):
 
     @classmethod
     def sinus_lifting(cls, **changes: Any) -> Gait:
-        """Lateral undulation that lifts the crests of its curve, where a link would slide sideways: faster on ground
-        with more friction across the links than along them.
+        """Lateral undulation that lifts the crests of its curve, where a link would slide sideways. It is faster on
+        ground with more friction across the links than along them.
 
-        The vertical wave has twice the rate and phase shift of the horizontal one and stands highest where that bends
-        most; half a degree suffices, since the joints are stiff.
+        The vertical wave has twice the rate and phase shift of the horizontal one and is highest where that bends most.
+        Half a degree suffices, since the joints are stiff.
         """
         values = {"vertical_amplitude": 0.5 * DEGREE} | changes
         values.setdefault("vertical_omega", 2 * values.get("omega", cls.omega))

@@ -30,15 +30,15 @@ class Integrator(Section):
             its own.
         tolerance: > 0 and at most 0.01, beyond which sliding is not told from sticking. "thesis": the iteration stops
             when the impulses change by less [N s] (T 3.81), default 2e-5, 1e-5 for the minimal model. "implicit":
-            accuracy of the velocities in a stage [m/s], default 1e-4, 1e-6 for the spatial and the
-            minimal model; of a smooth plant of the minimal model the relative tolerance.
+            accuracy of the velocities in a stage [m/s], default 1e-4, 1e-6 for the spatial and the minimal model. Of a
+            smooth plant of the latter it is the relative tolerance.
         max_iterations: after which a solve is given up and counts as unconverged, 1 to 1,000,000; "thesis": 10,000,
             "implicit": 200.
         order: "implicit" only: 1, implicit Euler, or 2, the default, the two-stage SDIRK scheme.
-        step_tolerance: "implicit" only, order 2: largest accepted deviation of any point of the robot between
-            prediction and end of a part of a step [m], > 0; parts are as long as it allows. Default 4e-4, 1.5e-4 for
-            the spatial model, times the cube of ``step`` over 0.025 where that is shorter.
-        impact_step: "implicit" only, order 2: length of the implicit Euler steps that take an impact [s], > 0; default
+        step_tolerance: "implicit" only, order 2: largest accepted deviation of any point of the robot from its
+            prediction for the end of a part [m], > 0. Parts of a step are as long as it allows. Default 4e-4, 1.5e-4
+            for the spatial model, times the cube of ``step`` over 0.025 where that is shorter.
+        impact_step: "implicit" only, order 2: length of the implicit Euler steps that take an impact [s], > 0. Default
             1.5e-3, 4e-4 for the spatial model, and at most a quarter of a step.
         precision: "implicit" only: "fast", "default" or "fine", which scales ``tolerance``, ``step_tolerance`` and
             ``impact_step`` together: 2, 1 or 0.05 times their defaults.

@@ -35,15 +35,14 @@ class JointReference(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class JointTrajectory:
-    """Joint angles sampled in time, as the ``gait`` of :func:`snake_env.simulate`.
-    Cubics lead from sample to sample. Without ``rate`` the reference stays between neighbouring samples and has the
-    rate zero where they turn (Fritsch and Butland 1984), with it the rates at the samples are those given. Before the
-    first and after the last sample the joints hold their angles.
+    """Joint angles sampled in time, as the ``gait`` of :func:`snake_env.simulate`. Cubics lead from sample to sample.
+    Without ``rate`` the reference stays between neighbouring samples and has the rate zero where they turn
+    (Fritsch and Butland 1984). Before the first and after the last sample the joints hold their angles.
 
     Args:
         time: (T,) increasing times of at least two samples; the run begins at zero [s].
-        angle: (T, joints) angles [rad]; for the spatial model also (T, joints, 2), yaw and pitch, and for a robot with
-            ``axes`` of its own (T, axes), as :attr:`snake_env.Robot.joint_axes` lists them.
+        angle: (T, joints) angles [rad]; for the spatial model also (T, joints, 2), yaw and pitch. (T, axes) for a robot
+            with ``axes`` of its own, as :attr:`snake_env.Robot.joint_axes` lists them.
         rate: rates at the samples [rad/s], of the shape of ``angle``; None for those that follow from the angles.
 
     Raises:

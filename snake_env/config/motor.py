@@ -17,15 +17,15 @@ class Motor(Section):
 
     Driving, it gives at most ``stall_torque (1 - |rate| / no_load_speed)``, beyond the no-load speed nothing. Braking,
     it gives up to ``stall_torque``. It never gives more than the controller's ``torque_limit``. Up to the no-load speed
-    it is an ideal DC motor: it draws the mechanical power and the heat ``torque^2 no_load_speed / stall_torque``, and
-    nothing where it would give energy back. The inertia of the rotor, times ``gear_ratio^2``, resists changes of the
-    joint's rate. The friction of the gear obeys Coulomb's law with a constant bound: a load below it does not turn the
-    gear back. ``Motor()`` changes nothing.
+    it is an ideal DC motor, which draws the mechanical power and the heat ``torque^2 no_load_speed / stall_torque``. It
+    draws nothing where it would give energy back. The inertia of the rotor, times ``gear_ratio^2``, resists changes of
+    the joint's rate. The friction of the gear obeys Coulomb's law with a constant bound: a load below it does not turn
+    the gear back. ``Motor()`` changes nothing.
 
     Args:
         stall_torque: torque at the joint when it does not turn [N m], > 0; ``inf``: whatever the controller asks for.
-        no_load_speed: rate of the joint at which the motor gives no torque any more [rad/s], > 0, of a motor with a
-            stall torque; ``inf``: the torque does not fall, and the motor has no heat.
+        no_load_speed: rate of the joint at which a motor with a stall torque gives no torque any more [rad/s], > 0.
+            ``inf``: the torque does not fall, and the motor has no heat.
         rotor_inertia: moment of inertia of the rotor, before the gear [kg m^2], >= 0.
         gear_friction: torque at the joint that the friction of the gear resists with [N m], >= 0. With rotor inertia,
             gear friction or gear damping a robot has no backlash.

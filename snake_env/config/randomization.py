@@ -57,9 +57,9 @@ class Randomization(Section):
 
     @classmethod
     def thesis(cls) -> Randomization:
-        """Everything at once: worn varnish, motors that saturate, references at 10 Hz that come 50 to 150 ms late, a
-        tenth of the mass, sensors of (T Table 7.4) (b) without its error of 10 cm in position, pegs 1 cm off, joints
-        with 3 to 5 degrees of backlash, friction that falls by up to 30 % in sliding.
+        """Everything at once. Worn varnish, a tenth of the mass, motors that saturate, references at 10 Hz that come 50
+        to 150 ms late. Sensors of (T Table 7.4) (b) without its error of 10 cm in position, pegs 1 cm off. Joints with
+        3 to 5 degrees of backlash, friction that falls by up to 30 % in sliding.
         """
         turn = 0.1 * DEGREE
         return cls(

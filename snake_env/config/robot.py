@@ -37,35 +37,34 @@ class Robot(Section):
         contact_half_length: half length of the straight sides of a link's outline L_GS,i [m], >= 0.
         radius: half width of a link and radius of its round ends L_SC,i [m], > 0.
         mass: m_i [kg], > 0.
-        cg_offset: how far the CG lies in front of the middle of the link, on its axis and towards the head [m], less
-            than half of the length. Positions of links are those of their CGs, with or without it. With the method
-            "implicit" only, not in the minimal model.
+        cg_offset: how far the CG lies in front of the middle of the link, towards the head [m], less than half of the
+            length. Positions of links are those of their CGs, with or without it. With the method "implicit" only, not
+            in the minimal model.
         inertia: moment of inertia about an axis across the link through the CG, Theta_psi [kg m^2], > 0.
         roll_inertia: moment of inertia about the link's centre line, Theta_rho [kg m^2], > 0; the spatial model only.
         gravity: acceleration of gravity [m/s^2], > 0.
         self_contact: whether links that are not neighbours touch each other, or pass through each other as in the
-            thesis; None: True in the planar and the spatial model with the method "implicit".
-        joint_limit: largest angle of a joint to either side [rad], > 0, ``inf`` for none; None: a right angle in the
+            thesis. None: True in the planar and the spatial model with the method "implicit".
+        joint_limit: largest angle of a joint to either side [rad], > 0, ``inf`` for none. None: a right angle in the
             planar and the spatial model with the method "implicit", none elsewhere. Or a sequence, one per joint, of
-            such numbers or (lower, upper) with lower <= 0 <= upper. In the spatial model it limits yaw and pitch, and
-            is at most 3.13 to both sides, or ``inf`` to both: its angles lie in (-pi, pi].
-        axes: about which axes the joints turn in the spatial model, fixed in the frames of both links: a name for all
-            or a sequence, one per joint, of "yaw", "pitch", "both" (a cardan joint, yaw before pitch), "roll" (about
-            the centre line) or one vector (x, y, z) of the link frame, of any length: x is the axis of pitch, y that of
-            yaw, z points along the link to the next one. A joint has one axis, or two as "both". About an axis that it
-            does not have it is rigid. Unless ``axes`` is "both", joint angles, rates and torques are listed axis by
-            axis, as :attr:`joint_axes` has them. Vertical waves drive pitch and axes that are nearer to it
-            than to yaw and roll, horizontal ones yaw and other oblique axes; axes that point along the link more than
-            across are moved by joint angles only. The planar and the minimal model take joints with yaw. With the
-            method "implicit" only.
+            such numbers or (lower, upper) with lower <= 0 <= upper. In the spatial model it limits yaw and pitch. There
+            it is at most 3.13 to both sides, or ``inf`` to both.
+        axes: about which axes the joints turn in the spatial model, fixed in the frames of both links: a name for all,
+            or one per joint. Names are "yaw", "pitch", "both" (a cardan joint, yaw before pitch) and "roll"
+            (about the centre line). A vector (x, y, z) of the link frame, of any length, is an axis too. There x is
+            that of pitch, y that of yaw, and z points to the next link. A joint has one axis, or two as "both". About
+            an axis that it does not have it is rigid. Unless ``axes`` is "both", joint angles, rates and torques are
+            listed axis by axis, as :attr:`joint_axes` has them. Vertical waves drive pitch and axes that are nearer to
+            it than to yaw and roll. Horizontal ones drive yaw and other oblique axes. Axes that point along the link
+            more than across are moved by joint angles only. The planar and the minimal model take joints with yaw. With
+            the method "implicit" only.
         backlash: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
         motor: what drives every axis that is neither locked nor limp; None: whatever torque the controller asks for, at
             any rate. With the method "implicit" only, not in the minimal model.
-        locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``: springs of 1e9 N m/rad
-            hold them within 1e-9 rad per N m whatever their torque, with neither play nor torque limit, and without
-            drift. With the method "implicit", set-valued friction and :class:`PD` only. In environments actions do not
-            move them.
+        locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``. Springs of 1e9 N m/rad
+            hold them, without play, torque limit or drift. With the method "implicit", set-valued friction and
+            :class:`PD` only. In environments actions do not move them.
         limp: joints without an actuator, numbered likewise; the same holds.
     """
 
@@ -124,8 +123,8 @@ class Robot(Section):
     def sea_snake(cls, **changes: Any) -> Robot:
         """The SEA Snake of Carnegie Mellon University, 16 modules with one hinge each, in turn yaw and pitch.
 
-        From its data sheet as listed at wevolver.com/specs/sea.snake: a module has diameter 5.1 cm, length 6.4 cm and
-        mass 205 g, and turns by a right angle to either side; the robot has 1.174 m and 3.657 kg. Assumed: what these
+        From its data sheet as listed at wevolver.com/specs/sea.snake. A module has diameter 5.1 cm, length 6.4 cm and
+        mass 205 g, and turns by a right angle to either side. The robot has 1.174 m and 3.657 kg. Assumed: what these
         leave for the two ends is shared equally, and links are homogeneous cylinders. The springs in its joints are not
         modelled; these give 7 N m: ``PD(..., torque_limit=7.0)``. Keywords replace fields.
         """
@@ -151,11 +150,11 @@ class Robot(Section):
         Links are numbered from the root of the file on; a chain that is fixed to the world comes loose. Bodies without
         joints belong to the link that carries them. Joint angles are zero in the file's initial configuration, in which
         the robot has to be straight. There y of the link frames is up: as near to the z axis of the world as the links
-        let it be, or the x axis of the world where they stand upright. Two hinges in one point, yaw before pitch, are a
-        cardan joint. Hinges that turn the other way round than yaw and pitch are vectors, which waves bend the other
-        way; ``axes`` may name them, with angles of opposite sign. Radius and contact half length are those of the
-        capsule around the one capsule, cylinder or sphere of a link that collides, which has to be around the middle of
-        the link. The length of a link at an end is such that it is, or, with both of these given, such that its CG is
+        let it be. Where they stand upright it is the x axis of the world. Two hinges in one point, yaw before pitch,
+        are a cardan joint. Hinges that turn the other way round than yaw and pitch are vectors, which waves bend the
+        other way. ``axes`` may name them, with angles of opposite sign. Radius and contact half length are those of the
+        capsule around what collides of a link: one capsule, cylinder or sphere. It has to be around the middle of the
+        link, and the length of a link at an end is such that it is. With both of these given the CG of such a link is
         in the middle. With ``length`` given all CGs are taken to be there. ``self_contact`` is False where no two links
         can collide. Joints that no actuator drives are limp, unless none is driven; those with springs of 1e9 N m/rad,
         as :meth:`Scene.to_mjcf` writes them, are locked.
@@ -165,8 +164,8 @@ class Robot(Section):
 
         Args:
             path: of the file; what :meth:`Scene.to_mjcf` writes is one.
-            tolerance: how far joints, CGs and outlines may lie off the centre line, and CGs off the middle of their
-                links without a ``cg_offset`` [m], >= 0; they are taken to lie there.
+            tolerance: how far joints, CGs and outlines may lie off the centre line [m], >= 0. So far may CGs lie off
+                the middle of their links without a ``cg_offset``. They are taken to lie there.
             changes: fields in place of those in the file, which then need not fit the model.
 
         Raises:

@@ -67,24 +67,24 @@ class Scene(Section):
     Args:
         obstacles: circles as triples (radius, x, y) [m], radius > 0, and objects of :mod:`snake_env.obstacles`.
         friction: Coulomb coefficients along and across a link (mu_x, mu_y), >= 0.
-        friction_backward: coefficient along a link that slides backward, away from link 1, >= 0, as scales have it; the
-            first of ``friction`` is then that of one that slides forward. None: as forward. Planar and spatial models
-            with the method "implicit".
+        friction_backward: coefficient along a link that slides backward, away from link 1, >= 0, as scales have it. The
+            first of ``friction`` is then that forward. None: as forward. Planar and spatial models with the method
+            "implicit".
         rolling_friction: coefficient mu_V of the friction that resists rolling (T 4.87), >= 0; the spatial model only.
         spin_friction: radius R of the disc of uniform pressure under each CG that resists turning [m], >= 0. Its moment
-            is set-valued, at most 2/3 R m g times the mean over all directions of sqrt((mu_x sin)^2 + (mu_y cos)^2),
-            and does not depend on sliding. 0: a point, which resists no turning. The planar model with the method
+            is set-valued and does not depend on sliding. Its bound is 2/3 R m g times the mean of sqrt((mu_x sin)^2 +
+            (mu_y cos)^2) over all directions. 0: a point, which resists no turning. The planar model with the method
             "implicit" only; the end spheres of the spatial model resist turning.
         stribeck: how friction falls in sliding; not in the minimal model.
         patches: where the ground's friction differs; the last one counts where some overlap. A link of the planar model
-            is where its CG is, and an end sphere of the spatial model where it touches the ground, or a top face above
+            is where its CG is. An end sphere of the spatial model is where it touches the ground, or a top face above
             it. Height fields have friction by cell instead. Planar and spatial models with the method "implicit" and a
             PD controller.
         viscous: viscous coefficients along and across a link (mu_Vx, mu_Vy) [s/m], >= 0; the minimal model only.
-        friction_law: "set-valued", the exact Coulomb law; for the minimal model also "arctan" (T 6.21), a box, and
-            "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2) with D = diag(friction) times a contact point's normal force.
-        slope: inclination of the ground (angle, direction) [rad]: the angle to the horizontal, 0 to pi/2, and the
-            direction in which the ground rises, from the x axis. Coordinates stay those of the ground: z is its normal.
+        friction_law: "set-valued", the exact Coulomb law. For the minimal model also "arctan" (T 6.21), a box, and
+            "ellipse", -D^2 v / sqrt(v^T D^2 v + eps^2). Here D is diag(friction) times a contact point's normal force.
+        slope: (angle, direction) of the ground [rad]: the angle to the horizontal, 0 to pi/2, and where the ground
+            rises, from the x axis. Coordinates stay those of the ground: z is its normal.
         smoothing: eps of the smooth laws, > 0: [m/s] for "arctan", [N m/s] for "ellipse".
         course: name of the preset that the scene was made from, for :meth:`Start.on_course`.
     """
@@ -156,11 +156,11 @@ class Scene(Section):
     ) -> str:
         """Robot and scene as a model of MuJoCo in 3D, an MJCF document for ``mujoco.MjModel.from_xml_string``.
 
-        Links are capsules ``link_1`` to ``link_n`` on a free joint, joints the hinges ``yaw_i`` and ``pitch_i`` with
-        position servos of the same names, and the keyframe "start" has the robot at its start. Broken joints have no
+        Links are capsules ``link_1`` to ``link_n`` on a free joint. Joints are the hinges ``yaw_i`` and ``pitch_i``
+        with position servos of the same names. The keyframe "start" has the robot at its start. Broken joints have no
         servo; springs hold the locked ones, which need the integrator and at most the time step of the document.
-        Contacts are those of MuJoCo, which are soft; friction along and across a link is that of explicit pairs with
-        the ground; rolling friction is left out, and of a motor the torque-speed line, with a warning. Pipes, height
+        Contacts are those of MuJoCo, which are soft. Friction along and across a link is that of explicit pairs with
+        the ground. Rolling friction and the torque-speed line of a motor are left out, with a warning. Pipes, height
         fields that go below the plane, and friction of a field by cell are refused.
 
         Args:

@@ -25,9 +25,9 @@ class Start(Section):
             also (x, y, z); without z the robot rests on the ground.
         heading: absolute angle theta_1 of link 1 [rad]; with pi the body axes point to -x and the
             leading link faces +x. In the spatial model the yaw of its centre line.
-        posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad]; in the
-            spatial model also n - 1 pairs (yaw, pitch), of which that of a single hinge has one angle: its pitch where
-            its axis is nearest to pitch, else its yaw; the other is 0.
+        posture: "gait" (joint angles equal the reference at t = 0), "straight", or n - 1 joint angles [rad]. In the
+            spatial model also n - 1 pairs (yaw, pitch). That of a single hinge has one angle and a 0: its pitch where
+            its axis is nearest to pitch, else its yaw.
         pitch: lifts the chain behind link 1, which then faces down [rad], in [-pi/2, pi/2]; the spatial model only. The
             pitch of a joint has the opposite sign: it lowers the links behind the joint.
         roll: turns the chain about the centre line of link 1, its left side down [rad]; the spatial model only. None

@@ -90,10 +90,10 @@ def evaluate(
     """Plays a policy on test scenes, which neither training nor selection may use, one episode on each.
 
     Args:
-        policy: a name, file or object, as :func:`snake_env.load_policy` takes them, among them a function of
-            observations (n, o) that returns actions (n, a) for n robots at once, and a model of Stable-Baselines3.
+        policy: a name, file or object, as :func:`snake_env.load_policy` takes them. Among them are a model of
+            Stable-Baselines3 and a function of observations (n, o) that returns actions (n, a).
         task: name of a task of the benchmark, id of an environment, an environment made with this package, or a
-            :class:`BenchmarkTask`; None: where the policy was trained, or "field-hard" if that is unknown.
+            :class:`BenchmarkTask`. None: where the policy was trained, or "field-hard" if that is unknown.
         episodes: number of test scenes, >= 1; the same ones for every policy.
         seed: number of the first test scene, from 0; episode k is on scene ``seed + k``.
         name: of the policy in the table; None: its own.

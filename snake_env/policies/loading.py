@@ -48,19 +48,19 @@ def load_policy(
 
     Called with observations (n, o) it gives actions (n, a) in [-1, 1]. Trained policies have ``.card``, which says what
     they are and how they scored, and ``.make_vec(num_envs)``, the environment in which they were trained. The shipped
-    ones, and networks of linear layers from files, run with NumPy only, and the action of a robot does not depend on
-    the other robots of the batch.
+    ones, and networks of linear layers from files, run with NumPy only. The action of a robot does not depend on the
+    other robots.
 
     Args:
-        policy: name of a shipped policy (``snake_env.policies.NAMES``); ``"gait"``, the default gait; a gait as
-            amplitude, frequency and phase shift, ``"30,120,-50"`` (degrees and degrees per second); a scripted
-            controller such as ``"heading-control"``; a file: ``.safetensors`` of a run, ``.zip`` of Stable-Baselines3,
-            ``.onnx``, or a module of torch (``.pt``, ``.pth``, ``.pt2``); ``"module:name"``, a function or class that
-            Python imports; or an object: a :class:`snake_env.policies.Policy`, a model of Stable-Baselines3, a
-            ``torch.nn.Module``, a function of observations.
+        policy: name of a shipped policy (``snake_env.policies.NAMES``) or of a scripted controller such as
+            ``"heading-control"``. Or ``"gait"``, the default gait; or a gait as amplitude, frequency and phase shift,
+            ``"30,120,-50"`` (degrees and degrees per second). Or a file: ``.safetensors`` of a run, ``.zip`` of
+            Stable-Baselines3, ``.onnx``, or a module of torch (``.pt``, ``.pth``, ``.pt2``). Or ``"module:name"``, a
+            function or class that Python imports. Or an object: a :class:`snake_env.policies.Policy`, a model of
+            Stable-Baselines3, a ``torch.nn.Module``, a function of observations.
         task: of the benchmark, for whose scenes a scripted controller was tuned; by default those that are hardest.
-        normalize: file of the ``VecNormalize`` of a zip or a model; by default ``vecnormalize.pkl`` or
-            ``<name>_vecnormalize.pkl`` beside a zip, or that of the same checkpoint, and that of a model's environment;
+        normalize: file of the ``VecNormalize`` of a zip or a model. By default ``vecnormalize.pkl`` or
+            ``<name>_vecnormalize.pkl`` beside a zip, or that of the same checkpoint; and that of a model's environment.
             False: none.
         trust: the file may run code: needed for modules of torch, and for a zip whose network is not of linear layers.
         env_options: what a function or file needs of the environment: ``action_mode``, ``perception``,

@@ -1,4 +1,4 @@
-"""The command behind the table of docs/stiction.md."""
+"""The command behind the table of docs/accuracy.md."""
 
 from __future__ import annotations
 

@@ -3,10 +3,13 @@ one after another as a reader would type them. Numbers that pages repeat are tho
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 from conftest import run_python
@@ -113,10 +116,58 @@ def test_commands_and_names_on_a_page_exist(page):
         assert name in sources(), name
 
 
-MENU = re.findall(r"([\w/-]+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2], re.M)
+NAV = re.findall(r"([\w/-]+\.(?:md|py))$", text_of("mkdocs.yml").partition("\nnav:")[2], re.MULTILINE)
+MENU = [page for page in NAV if page not in ("index.md", "tutorials/spatial.py")]
+LONGEST_SENTENCE = 25
+"""In words; lists of cells, whose items semicolons part, have as many sentences as items."""
 
 
-@pytest.mark.parametrize("page", MENU[1:])
+def test_the_menu_has_few_pages():
+    assert len(NAV) <= 28
+
+
+def paragraphs(text: str) -> Iterator[str]:
+    """Prose and cells of a page, and of each item of a list."""
+    text = re.sub(r"^```.*?^```$|<!--.*?-->", "\n\n", text, flags=re.MULTILINE | re.DOTALL)
+    yield from (
+        part
+        for line in re.findall(r"^\|.*", text, re.MULTILINE)
+        for cell in line.split("|")
+        for part in cell.split(";")
+    )
+    text = re.sub(r"^(?:\||#|!|:::| {4}).*$", "", text, flags=re.MULTILINE)
+    yield from re.split(r"\n\s*\n|^\s*(?:[*-]|\d+\.) ", text, flags=re.MULTILINE)
+
+
+def docstrings() -> Iterator[str]:
+    """What the API reference is generated from."""
+    for extra in ("rsl_rl", "stable_baselines3"):
+        pytest.importorskip(extra)
+    for name in re.findall(r"^::: (snake_env\S+)", text_of("docs/api.md"), re.MULTILINE):
+        for one in with_members(resolve_name(name)):
+            # Each field or argument on its own.
+            yield from re.split(r"\n\s*\n|^ *\**\w+: ", inspect.getdoc(one) or "", flags=re.MULTILINE)
+
+
+def with_members(thing: object) -> Iterator[object]:
+    """A function, class or module, and the public ones inside."""
+    yield thing
+    for name, value in vars(thing).items() if inspect.isclass(thing) or inspect.ismodule(thing) else ():
+        value = getattr(value, "__func__", value)
+        own = not inspect.ismodule(thing) or getattr(value, "__module__", None) == thing.__name__
+        if own and not name.startswith("_") and (callable(value) or isinstance(value, property)):
+            yield from with_members(value)
+
+
+@pytest.mark.parametrize("page", [README, *(f"docs/{page}" for page in MENU), "docstrings"])
+def test_sentences_for_users_are_short(page):
+    for paragraph in docstrings() if page == "docstrings" else paragraphs(text_of(page)):
+        words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", re.sub(r"`+[^`]*`+", "CODE", " ".join(paragraph.split())))
+        for sentence in re.split(r"(?<=[.!?])\**\)?\s+(?=[^a-z])", words):
+            assert len(sentence.split()) <= LONGEST_SENTENCE, sentence
+
+
+@pytest.mark.parametrize("page", MENU)
 def test_a_page_for_users_begins_with_what_runs(page):
     """A snippet or a command, before anything that takes a screen of text; the first page is the README."""
     before = re.split(r"^(?:```python| {4}\S)", text_of(f"docs/{page}"), maxsplit=1, flags=re.MULTILINE)

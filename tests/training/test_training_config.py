@@ -64,7 +64,7 @@ def test_shipped_configurations_survive_a_round_trip(path, tmp_path):
     assert config.load(tmp_path / "copy.yaml") == config.load(path)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/start.md", "docs/sb3.md", "snake_env/commands/train.py"])
+@pytest.mark.parametrize("page", ["README.md", "docs/start.md", "docs/training.md", "snake_env/commands/train.py"])
 def test_the_configuration_sb3_is_the_lines_on_the_pages(page):
     text = (config.ROOT / page).read_text(encoding="utf-8")
     found = config.load("sb3")

@@ -53,8 +53,8 @@ impl<M: RobotModel> BlockRow<M> {
         BlockRow {
             name: "lateral_offset",
             unit: "m",
-            description: "position of the centre of gravity to the left of the corridor's centre line, or of the \
-                          straight way from the start to the goal point",
+            description: "how far the CG is to the left of the corridor's centre line, or of the straight way from start to \
+                          goal point",
             present: always,
             elements: |_| named(&[odd("y")]),
             scale: |setup| setup.config.corridor_half_width,

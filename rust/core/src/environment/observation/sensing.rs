@@ -47,9 +47,8 @@ impl<M: RobotModel> BlockRow<M> {
         BlockRow {
             name: "range",
             unit: "m",
-            description: "distance from the leading link's CG to the nearest obstacle along 9 rays, seen from above, from \
-                          the right counter-clockwise over straight ahead to the left in steps of pi/8; at most the \
-                          robot's length. In 3D the rays are horizontal, from the height of \
+            description: "distance from the leading link's CG to the nearest obstacle along 9 rays, at most the robot's \
+                          length. They go from the right over straight ahead to the left in steps of pi/8. In 3D the rays are horizontal, from the height of \
                           that CG, and pass above lower obstacles",
             present: |setup| setup.has_pegs(),
             elements: |_| each(RAYS, &[("ray_#", Parity::Swapped)]),
@@ -80,7 +79,7 @@ impl<M: RobotModel> BlockRow<M> {
 
 /// Description of the accelerometer of each model.
 pub const ACCELEROMETER: &str = "specific force of link 1 about its own axes: mean acceleration of its CG over the control \
-    period, from the velocities at both ends so that impacts count whole, minus gravity";
+    period, minus gravity. It follows from the velocities at both ends, so that impacts count whole";
 
 /// Description of the motors' torques in each model.
 pub const MOTOR_TORQUE: &str = "torque of each actuator at the joint, in a motor before the friction of its gear, in the last \

@@ -165,9 +165,9 @@ pub const SENSING: &[BlockRow<SpatialRobot>] = &[
     BlockRow {
         name: "ground",
         unit: "m",
-        description: "height of the ground, of height fields and the plane beside them, at 20 places around the robot over \
-                      that below its CG: 0.4, 0.2, 0, -0.2 and -0.4 of its length ahead in the body direction, and 0.1 and \
-                      0.3 to the right; then in reverse the same to the left",
+        description: "height of the ground at 20 places around the robot, over that below its CG. They lie 0.4, 0.2, 0, -0.2 \
+                      and -0.4 of its length ahead in the body direction, and 0.1 and 0.3 to the right; then in \
+                      reverse the same to the left",
         present: always,
         elements: |_| each(GROUND_PLACES, &[("height_#", Parity::Swapped)]),
         scale: |setup| 2.0 * setup.robot.links.iter().map(|link| link.radius).fold(0.0, f64::max),

@@ -19,10 +19,10 @@ use super::{EpisodeStart, Family, ORTHOTROPIC, Placement, Scenario};
 pub const FAMILY: Family = Family {
     name: "clutter",
     id: "SnakeClutter-v1",
-    description: "Discs that can be pushed lie anywhere in the way to the goal line, on ground that resists sliding across a \
-                  link more than along it. With `difficulty` their number grows from 6 to 18, and the largest of their \
-                  masses, which are spread evenly in the logarithm, from a hundredth of the robot's to all of it: light \
-                  ones give way, heavy ones have to be passed. The robot never starts inside a disc.",
+    description: "Discs that can be pushed lie in the way to the goal line. The ground resists sliding across a link more \
+                  than along it. With `difficulty` the number of discs grows from 6 to 18, and the largest mass from a \
+                  hundredth of the robot's to all of it. Masses are spread evenly in the logarithm. Light discs give way, \
+                  heavy ones have to be passed. The robot never starts inside a disc.",
     friction: |_| ORTHOTROPIC,
     validate: |config| {
         let expected = "\"planar\" for the task \"clutter\"";

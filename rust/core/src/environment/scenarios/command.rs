@@ -15,8 +15,8 @@ use super::{EpisodeStart, Family, GoalKind, Placement, Scenario};
 pub const FAMILY: Family = Family {
     name: "command",
     id: "SnakeCommand-v1",
-    description: "A speed and a direction are commanded, both observed and new in each episode: the speed from the \
-                  interval `speed`, the direction up to `difficulty` times `turn` off the robot's. The ground is that of \
+    description: "A speed and a direction are commanded and observed, new ones in each episode. The speed is drawn from \
+                  the interval `speed`, the direction lies up to `difficulty` times `turn` off the robot's. The ground is that of \
                   `SnakeFree-v1`. `goal` commands a direction, `{\"heading\": 0.5, \"speed\": 0.1}`, a path to follow, \
                   `[(0, 0), (1, 0), (1, 1)]`, or a point. An episode with a direction ends only by `max_episode_steps`.",
     goal: GoalKind::Direction,

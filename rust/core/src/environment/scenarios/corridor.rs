@@ -20,8 +20,8 @@ use crate::environment::start::StartJitter;
 pub const FAMILY: Family = Family {
     name: "corridor",
     id: "SnakeCorridor-v1",
-    description: "A corridor whose walls are rows of pegs: straight where the robot starts, then bent along an arc by up \
-                  to `difficulty` times 90 degrees, with the goal point at its end. `difficulty` also widens the \
+    description: "A corridor whose walls are rows of pegs, with the goal point at its end. It begins straight and bends \
+                  along an arc by up to `difficulty` times 90 degrees. `difficulty` also widens the \
                   corridor beyond the width that fits the gait and moves pegs along the walls.",
     goal: GoalKind::Disc,
     scenario: |config, robot| Ok(Arc::new(Corridor(OpenGround::new(config, robot, places)?))),

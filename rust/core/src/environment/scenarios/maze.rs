@@ -20,11 +20,11 @@ use crate::environment::start::StartJitter;
 pub const FAMILY: Family = Family {
     name: "maze",
     id: "SnakeMaze-v1",
-    description: "A lattice of 5 x 6 posts after Liu, Onal and Fu (2021) on the way to a goal point, up to `difficulty` \
-                  times 90 degrees off the robot's direction. As there the posts have a radius of 2 cm, the goal lies 2 \
-                  m away, the gaps jitter, and the robot can move without posts: the ground resists sideways sliding \
-                  more, as in `SnakeFree-v1`. Scaled to Aiko: the posts stand half a wave of its gait apart, 0.367 m, \
-                  so that a body length meets three columns and passages are three body widths wide.",
+    description: "A lattice of 5 x 6 posts after Liu, Onal and Fu (2021) on the way to a goal point. The goal lies up to \
+                  `difficulty` times 90 degrees off the robot's direction, 2 m away. As there the posts have a radius \
+                  of 2 cm, and the gaps jitter. The robot can move without posts, on the ground of `SnakeFree-v1`. \
+                  Scaled to Aiko the posts stand half a wave of its gait apart, 0.367 m. A body length meets three \
+                  columns, and passages are three body widths wide.",
     goal: GoalKind::Disc,
     friction: |_| ORTHOTROPIC,
     scenario: |config, robot| Ok(Arc::new(Maze(OpenGround::new(config, robot, |_| f64::from(COLUMNS * ROWS))?))),

@@ -21,13 +21,12 @@ use super::{EpisodeStart, Family, Placement, Scenario};
 pub const FAMILY: Family = Family {
     name: "terrain",
     id: "SnakeTerrain-v1",
-    description: "Uneven ground between the start and the goal line, of the kind `terrain` and in proportion to \
-                  `difficulty`: \"rough\", a sum of 24 waves of 0.5 to 2 m whose heights grow with their lengths, 5 cm root \
-                  mean square at difficulty one; \"blocks\", squares of 0.4 m up to 12 cm high; \"stairs\", steps of 0.5 m \
-                  that go up by up to 8 cm each and down again; \"ramps\", slopes of up to 15 degrees up and down; or \
-                  \"mixed\", one of them drawn for each episode. The robot starts on level ground, and action zero is \
-                  the sidewinding of (7.5). A height field of the spatial model is the ground; links have the \
-                  coefficients of friction along and across them on its slopes.",
+    description: "Uneven ground between the start and the goal line, in proportion to `difficulty`. `terrain` is its \
+                  kind. \"rough\" is a sum of 24 waves of 0.5 to 2 m, with 5 cm root mean square at difficulty one. \
+                  \"blocks\" are squares of 0.4 m, up to 12 cm high. \"stairs\" go up and down in steps of 0.5 m and \
+                  up to 8 cm. \"ramps\" are slopes of up to 15 degrees. \"mixed\" draws one for each episode. The robot \
+                  starts on level ground, and action zero is the sidewinding of (7.5). The ground is a height field; links \
+                  have the coefficients of friction along and across them on its slopes.",
     model: ModelKind::Spatial,
     has_pegs: false,
     on_request: &["ground"],

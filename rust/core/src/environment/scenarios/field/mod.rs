@@ -22,9 +22,8 @@ use super::{EpisodeStart, Family, Placement, Scenario};
 pub const FAMILY: Family = Family {
     name: "field",
     id: "SnakeField-v1",
-    description: "A new random field of pegs each episode, by three generators: a threaded track with jitter, a \
-                  staggered lattice, and pegs thrown at random (Poisson disc). `difficulty` in [0, 1] sets how \
-                  irregular it is. The robot never starts inside a peg.",
+    description: "A new random field of pegs each episode. Three generators draw it: a threaded track with jitter, a \
+                  staggered lattice, and random pegs (Poisson disc). `difficulty` in [0, 1] sets how irregular it is. The robot never starts inside a peg.",
     scenario: |config, robot| {
         let ground = OpenGround::new(config, robot, |region| places(config.field, region))?;
         Ok(Arc::new(Field { ground, kind: config.field }))
