@@ -58,11 +58,26 @@ def test_the_page_lists_every_argument_of_every_environment():
     assert set(snake_env.options.TaskOptions.__annotations__) == set(config) - {"max_episode_steps"} | set(card.WORLD)
 
 
+def module_of_ci(name):
+    """A script of the folder .ci, which is no package."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / f".ci/{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_a_release_has_one_version_and_one_date():
+    release = module_of_ci("release_version")
+    assert set(release.found(release.WHERE).values()) == {snake_env.__version__}
+    assert len(set(release.found(release.DATES).values())) == 1
+    release.main(f"v{snake_env.__version__}")
+    with pytest.raises(SystemExit, match="must agree"):
+        release.main("v99.0.0")
+
+
 def test_a_release_has_no_relative_links():
     """Package indexes show the README alone."""
-    spec = importlib.util.spec_from_file_location("absolute_links", ROOT / ".ci/absolute_links.py")
-    absolute_links = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(absolute_links)
+    absolute_links = module_of_ci("absolute_links")
     text = absolute_links.absolute((ROOT / "README.md").read_text(encoding="utf-8"), "https://host/me/snake", "v9")
     targets = re.findall(r"\]\(([^)]*)\)", text)
     assert all(target.startswith("https://") for target in targets)
