@@ -14,13 +14,6 @@ from snake_env.policies.loading import CHOICES, GAIT
 from snake_env.registration import TASKS
 
 
-def parser(command: str, text: str | None) -> argparse.ArgumentParser:
-    """The parser of a command, whose help shows ``text`` as it is."""
-    return argparse.ArgumentParser(
-        f"snake-env {command}", description=text, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-
-
 def add_task(cli: argparse.ArgumentParser) -> None:
     """Adds --task, --env and --options."""
     cli.add_argument("--task", metavar="NAME", help=f"one of {', '.join(tasks.load())}")

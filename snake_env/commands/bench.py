@@ -8,7 +8,6 @@ The last column is the ratio of the first one to the README's, where it has rand
 
 from __future__ import annotations
 
-import argparse
 import math
 import re
 import time
@@ -17,6 +16,7 @@ from importlib.metadata import PackageNotFoundError, metadata
 import gymnasium as gym
 import numpy as np
 
+from snake_env._cli import parser
 from snake_env.markdown import table
 from snake_env.registration import TASKS
 from snake_env.vector_env import refuse_others
@@ -26,9 +26,7 @@ IDS = ("SnakeCourse-v1", "SnakeField-v1", "SnakeFree-v1", "SnakeSpatial-v1")
 
 def main(arguments: list[str]) -> int:
     """Runs the command."""
-    cli = argparse.ArgumentParser(
-        "snake-env bench", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    cli = parser("bench", __doc__)
     cli.add_argument("--env", action="append", metavar="ID", help=f"one of {', '.join(TASKS)}; may be repeated")
     cli.add_argument("--num-envs", type=int, default=256, help="robots (default 256)")
     cli.add_argument("--num-threads", type=int, default=1, help="threads (default 1)")

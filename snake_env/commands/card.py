@@ -6,10 +6,10 @@ snake-env card --write docs/environments.md
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 from snake_env import card
+from snake_env._cli import parser
 from snake_env._files import write_text
 from snake_env.commands import environment_pages
 from snake_env.errors import ConfigError
@@ -19,9 +19,7 @@ from snake_env.policies.shipped import NAMES
 
 def main(arguments: list[str]) -> int:
     """Prints the card or the common page, or writes the pages to files."""
-    cli = argparse.ArgumentParser(
-        "snake-env card", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    cli = parser("card", __doc__)
     cli.add_argument("policy", nargs="?", help=f"{', '.join(NAMES)}, or the file of one; default: the environments")
     cli.add_argument(
         "--write", type=Path, metavar="FILE", help="write to FILE instead of printing, pages of the ids to a folder"

@@ -14,8 +14,9 @@ import json
 from pathlib import Path
 
 from snake_env import robot_classes
+from snake_env._cli import parser
 from snake_env._files import write_json, write_text
-from snake_env.commands.arguments import acting, add_policy, add_task, parser
+from snake_env.commands.arguments import acting, add_policy, add_task
 from snake_env.evaluation import scores, tasks, tracks
 from snake_env.evaluation.protocol import evaluate
 from snake_env.policies.loading import GAIT

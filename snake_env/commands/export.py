@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from snake_env.commands.arguments import parser
+from snake_env._cli import parser
 from snake_env.errors import ConfigError
 from snake_env.policies.loading import load_policy
 from snake_env.policies.network import Network

@@ -12,7 +12,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from snake_env.commands.arguments import acting, add_policy, add_task, parser
+from snake_env._cli import parser
+from snake_env.commands.arguments import acting, add_policy, add_task
 from snake_env.evaluation import film as films
 from snake_env.evaluation import seeds
 

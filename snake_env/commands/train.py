@@ -22,9 +22,10 @@ from pathlib import Path
 
 from snake_env import _documents
 from snake_env._checks import integer
+from snake_env._cli import parser
 from snake_env._extras import extras
 from snake_env._files import replace, write_json
-from snake_env.commands.arguments import add_task, parser
+from snake_env.commands.arguments import add_task
 from snake_env.errors import ConfigError
 from snake_env.evaluation.tasks import BenchmarkTask, acting_in
 

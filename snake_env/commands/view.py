@@ -11,7 +11,8 @@ policy that fits the task acts.
 
 from __future__ import annotations
 
-from snake_env.commands.arguments import add_policy, add_task, parser
+from snake_env._cli import parser
+from snake_env.commands.arguments import add_policy, add_task
 
 
 def main(arguments: list[str]) -> int:

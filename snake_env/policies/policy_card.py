@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from snake_env import _checks, _documents
+from snake_env._cli import wrapped
 from snake_env.errors import ConfigError
 from snake_env.markdown import table
 
@@ -108,11 +109,12 @@ class PolicyCard:
             ("versions", ", ".join(f"{name} {version}" for name, version in self.versions.items()) or "unknown"),
             ("licence", self.license or "unknown"),
         ]
-        parts = [f"# {self.name}", self.about, table(("", ""), facts)]
+        listed = "\n".join(wrapped(f"* {name}: {value}", "  ") for name, value in facts)
+        parts = [f"# {self.name}", wrapped(self.about), listed]
         if self.scores:
             rows = [(name, *("-" if v is None else f"{v:.3f}" for v in values)) for name, values in self.scores.items()]
             parts += [f"{self.scenes} test scenes, 95 % intervals:", table(("score", "value", "low", "high"), rows)]
-        return "\n\n".join([part.strip() for part in (*parts, *self.notes) if part]) + "\n"
+        return "\n\n".join([part.strip() for part in (*parts, *map(wrapped, self.notes)) if part]) + "\n"
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from snake_env._cli import parser
 from snake_env._extras import extras
 from snake_env.reproduce import report
 from snake_env.reproduce.checks import CHECKS
@@ -27,13 +28,13 @@ def findings(runs: Runs, sections: tuple[str, ...] = SECTIONS) -> list[Finding]:
 
 def main(arguments: list[str]) -> int:
     """Runs the experiments, writes and prints; 0 if every row holds."""
-    layout = argparse.RawDescriptionHelpFormatter
-    cli = argparse.ArgumentParser("snake-env reproduce", description=__doc__, formatter_class=layout)
+    cli = parser("reproduce", __doc__)
     cli.add_argument("--out", type=Path, default=Path("runs/reproduce"), help="folder for figures and table")
     cli.add_argument(
         "--section",
         nargs="+",
         choices=SECTIONS,
+        metavar="SECTION",
         default=list(SECTIONS),
         help="sections of the thesis; default all",
     )

@@ -7,6 +7,7 @@ import inspect
 import re
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,8 @@ from conftest import run_python
 
 import snake_env
 from snake_env import _native, card
-from snake_env.__main__ import main
+from snake_env.__main__ import COMMANDS, main
+from snake_env._cli import WIDTH
 from snake_env.commands import environment_pages
 
 ROOT = Path(__file__).parents[2]
@@ -106,6 +108,16 @@ def test_the_command_line_answers(command):
     assert result.returncode == 0
     assert ("SnakeField-v1" if command == ["card"] else "snake-env view --policy general") in result.stdout
     assert command == ["card"] or max(map(len, result.stdout.splitlines())) <= 100
+
+
+@pytest.mark.parametrize("command", [*COMMANDS, "card general"])
+def test_what_a_command_says_of_itself_fits_a_terminal(command, capsys):
+    name, *arguments = command.split()
+    with suppress(SystemExit):
+        main([name, *(arguments or ["--help"])])
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) > 5
+    assert max(map(len, lines)) <= WIDTH
 
 
 def test_the_command_line_says_its_version(capsys):
