@@ -29,6 +29,8 @@ DEFAULTS: Mapping[str, Any] = MappingProxyType(
 PARAMETERS = ("friction", "mass", "torque_limit", "backlash", "stribeck")
 """Arrays that take the place of the draws of :class:`snake_env.Randomization`."""
 
+INTERRUPTED = "a call was interrupted: reset all robots"
+
 
 class Batch:
     """n robots that programs read and write by arrays, over the core that steps :class:`snake_env.SnakeVectorEnv`.
@@ -106,12 +108,15 @@ class Batch:
 
         Raises:
             ConfigError: names what is not admissible.
+            ResetNeeded: a signal handler has ended an earlier call, and ``mask`` leaves robots out.
         """
         robots = self._robots
         _worlds.check_options(where, [])
         options = Options(_worlds.per_robot(where, robots.num_envs)) if where else None
         seeds = _checks.seeds(seed, robots.num_envs)
         rows = self._rows(mask)
+        if robots.native.is_interrupted and not rows.all():
+            raise ResetNeeded(INTERRUPTED)
         self._send_parameters()
         # Every robot has a seed since the first reset: nothing is drawn.
         robots.reset(rows, seeds, np.random.default_rng(0), options, self._step)
@@ -134,14 +139,16 @@ class Batch:
         periods, active = _checks.integer("periods", periods, 1), self._rows(mask)
         native, arrays = self._robots.native, self._step.arrays
         if native.is_interrupted:
-            raise ResetNeeded("a call was interrupted: reset all robots")
+            raise ResetNeeded(INTERRUPTED)
         self._send_parameters()
         self._take_commands(active)
-        for _ in range(periods):
-            native.step(self._action, active, arrays)
-            if self.info["diverged"].any():
-                active = active & ~self.info["diverged"]
-        self._read()
+        try:
+            for _ in range(periods):
+                native.step(self._action, active, arrays)
+                if self.info["diverged"].any():
+                    active = active & ~self.info["diverged"]
+        finally:  # also where Ctrl-C ends it between two periods
+            self._read()
 
     def push(self, impulse: ArrayLike, mask: Mask | None = None) -> None:
         """Changes the momentum of links by impulses, as :meth:`snake_env.SnakeVectorEnv.push`."""

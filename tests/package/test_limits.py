@@ -15,7 +15,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 
 import snake_env
-from snake_env import PD, ConfigError, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start
+from snake_env import PD, Batch, ConfigError, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start
 from snake_env.obstacles import Box, Circle, Polygon, Segment
 
 SOON = 5.0
@@ -112,6 +112,22 @@ def test_a_signal_ends_a_step_soon_and_the_robots_begin_anew(model, num_threads)
     with pytest.raises(ResetNeeded):
         envs.step(action)
     np.testing.assert_array_equal(envs.reset(seed=3)[0], first)
+
+
+def test_a_signal_ends_a_step_of_a_batch():
+    batch = Batch(100, integrator=Integrator(step=1e-5), control_period=0.5, num_threads=2)
+    start = batch.state["link_position"].copy()
+    with alarm(0.2), pytest.raises(TimeoutError):
+        batch.step()
+    for call in (batch.step, lambda: batch.reset(np.arange(100) < 50)):
+        with pytest.raises(ResetNeeded):
+            call()
+    batch.reset(seed=0)
+    np.testing.assert_array_equal(batch.state["link_position"], start)
+    several = Batch(2, control_period=0.001)
+    with alarm(0.2), pytest.raises(TimeoutError):
+        several.step(10**7)
+    assert several.state["time"].max() > 0.001
 
 
 def test_robots_of_ten_thousand_links_fit_into_memory():
