@@ -282,6 +282,9 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
         let (filter, state) = (&self.filter, &self.state);
         let elapsed = time - state.instant;
         let decay = filter.decay(elapsed);
+        if !self.has_wave {
+            return (std::array::from_fn(|_| WaveJets::still()), decay);
+        }
         let phase = state.phase + state.frequency.integral(elapsed, decay, filter);
         let frequency = state.frequency.jet(elapsed, decay, filter);
         let phase_shift = state.phase_shift.jet(elapsed, decay, filter);
@@ -343,6 +346,11 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
         decay: f64,
         elapsed: f64,
     ) {
+        if !self.has_wave {
+            let own = |joint| sum(Jet::default(), self.own(axis, joint, decay, elapsed));
+            targets.enumerate().for_each(|(joint, target)| *target = own(joint));
+            return;
+        }
         let (mut phase, phase_shift) = (wave.phase.sin_cos(), wave.phase_shift.value.sin_cos());
         for (joint, target) in targets.enumerate() {
             *target = sum(wave.joint(joint, phase), self.own(axis, joint, decay, elapsed));

@@ -32,7 +32,7 @@ impl<T: Real> Laned<T> for T {
 
     #[inline]
     fn lane(&self, lane: usize) -> f64 {
-        Real::lane(*self, lane)
+        Real::lane(self, lane)
     }
 
     #[inline]
@@ -82,7 +82,7 @@ impl<T: Real> Laned<T> for Vector2<T> {
 
     #[inline]
     fn lane(&self, lane: usize) -> Vector2<f64> {
-        Vector2::new(Real::lane(self.x, lane), Real::lane(self.y, lane))
+        Vector2::new(Real::lane(&self.x, lane), Real::lane(&self.y, lane))
     }
 
     #[inline]
@@ -97,7 +97,7 @@ impl<T: Real> Laned<T> for Vector3<T> {
 
     #[inline]
     fn lane(&self, lane: usize) -> Vector3<f64> {
-        Vector3::new(Real::lane(self.x, lane), Real::lane(self.y, lane), Real::lane(self.z, lane))
+        Vector3::new(Real::lane(&self.x, lane), Real::lane(&self.y, lane), Real::lane(&self.z, lane))
     }
 
     #[inline]

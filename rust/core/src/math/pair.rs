@@ -78,7 +78,7 @@ impl<T: Real> Real for Pair<T> {
     }
 
     #[inline(always)]
-    fn lane(self, lane: usize) -> f64 {
+    fn lane(&self, lane: usize) -> f64 {
         self.0[lane / T::LANES].lane(lane % T::LANES)
     }
 

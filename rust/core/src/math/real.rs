@@ -30,7 +30,7 @@ pub trait Real:
 
     /// The same number in every lane.
     fn splat(x: f64) -> Self;
-    fn lane(self, lane: usize) -> f64;
+    fn lane(&self, lane: usize) -> f64;
     fn set_lane(&mut self, lane: usize, x: f64);
     fn sqrt(self) -> Self;
     /// `self factor + summand`, rounded once.
@@ -121,8 +121,8 @@ impl Real for f64 {
     }
 
     #[inline(always)]
-    fn lane(self, _: usize) -> f64 {
-        self
+    fn lane(&self, _: usize) -> f64 {
+        *self
     }
 
     #[inline(always)]

@@ -99,7 +99,7 @@ macro_rules! wide {
             }
 
             #[inline(always)]
-            fn lane(self, lane: usize) -> f64 {
+            fn lane(&self, lane: usize) -> f64 {
                 unsafe { (*(&raw const self.0).cast::<[f64; $lanes]>())[lane] }
             }
 

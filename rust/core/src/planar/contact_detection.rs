@@ -24,7 +24,7 @@ impl<T: Real> Workspace<T> {
             }
             let Self { contacts, motion, stage, .. } = self;
             let nodes = system.nodes(&body.obstacles);
-            let robot = motion.of_lane(nodes, lane, Real::lane(stage.coefficient, lane));
+            let robot = motion.of_lane(nodes, lane, Real::lane(&stage.coefficient, lane));
             let (near, displacement, margin) = (&mut body.warm_start.near, robot.bound.displacement, robot.margin(1.0));
             if !near.covers(displacement, margin) {
                 let poses = motion.predicted.iter().map(|pose| pose.lane(lane));
@@ -66,9 +66,9 @@ impl<T: Real> Workspace<T> {
         });
         for FrictionalContact { found, row, direction, .. } in contacts.frictional() {
             let found = &contacts.rows.all()[*found];
-            let impulse = direction.linear() * Real::lane(solution.obstacle_friction[*row], found.lane);
+            let impulse = direction.linear() * Real::lane(&solution.obstacle_friction[*row], found.lane);
             let pair = &mut members.body_mut(found.lane).warm_start.near.pairs_mut()[found.handle];
-            pair.known.friction = impulse / Real::lane(c, found.lane);
+            pair.known.friction = impulse / Real::lane(&c, found.lane);
             if solved[found.lane] {
                 contact_impulses.push(found.impulse(found.row.link, impulse));
             }

@@ -120,7 +120,7 @@ impl Contacts {
             row.direction.set_lane(of.lane, &frictional.direction);
             Real::set_lane(&mut row.coefficient, of.lane, frictional.coefficient);
             let force = frictional.direction.xy().dot(&of.known.friction.xy());
-            Real::set_lane(&mut impulses[frictional.row], of.lane, force * Real::lane(c, of.lane));
+            Real::set_lane(&mut impulses[frictional.row], of.lane, force * Real::lane(&c, of.lane));
         }
     }
 }

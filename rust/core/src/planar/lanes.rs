@@ -20,21 +20,21 @@ impl<T: Real> Stage<T> {
     /// The stop of a lane's joint as a contact between the links.
     fn stop_as_pair(&self, lane: usize, joint: usize, side: usize) -> StagePair {
         let stop = &self.stops[joint];
-        let turn = StageStop::<T>::SIDES[side] * Real::lane(stop.lever, lane);
+        let turn = StageStop::<T>::SIDES[side] * Real::lane(&stop.lever, lane);
         let direction = [Vector3::new(0.0, 0.0, turn), Vector3::new(0.0, 0.0, -turn)];
-        StagePair { links: [joint, joint + 1], direction, offset: Real::lane(stop.offset[side], lane) }
+        StagePair { links: [joint, joint + 1], direction, offset: Real::lane(&stop.offset[side], lane) }
     }
 
     /// Copies the stage of `lane` into `one`, with the contacts that the lane has.
     pub fn copy_lane(&self, lane: usize, one: &mut Stage) {
-        one.coefficient = Real::lane(self.coefficient, lane);
+        one.coefficient = Real::lane(&self.coefficient, lane);
         one.skin = self.skin;
         one.links.clear();
         one.links.extend(self.links.iter().map(|link| link.lane(lane)));
         one.joints.clear();
         one.joints.extend(self.joints.iter().map(|joint| joint.lane(lane)));
         one.spins.clear();
-        one.spins.extend(self.spins.iter().map(|spin| Real::lane(*spin, lane)));
+        one.spins.extend(self.spins.iter().map(|spin| Real::lane(spin, lane)));
         one.contacts.clear();
         one.contacts
             .extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| contact.lane(lane)));
@@ -44,8 +44,8 @@ impl<T: Real> Stage<T> {
             contact: self.contacts[..row.contact].iter().filter(|contact| contact.is_in(lane)).count(),
             link: row.link,
             direction: row.direction.lane(lane),
-            coefficient: Real::lane(row.coefficient, lane),
-            bound: Real::lane(row.bound, lane),
+            coefficient: Real::lane(&row.coefficient, lane),
+            bound: Real::lane(&row.bound, lane),
         }));
         one.motors.clear();
         one.motors.extend(self.motors.iter().map(|motor| Laned::<T>::lane(motor, lane)));
@@ -71,17 +71,17 @@ impl<T: Real> StageSolution<T> {
         one.friction.clear();
         one.friction.extend(self.friction.iter().map(|impulse| impulse.lane(lane)));
         one.spin.clear();
-        one.spin.extend(self.spin.iter().map(|impulse| Real::lane(*impulse, lane)));
+        one.spin.extend(self.spin.iter().map(|impulse| Real::lane(impulse, lane)));
         one.actuator.clear();
-        one.actuator.extend(self.actuator.iter().map(|impulse| Real::lane(*impulse, lane)));
+        one.actuator.extend(self.actuator.iter().map(|impulse| Real::lane(impulse, lane)));
         one.gear.clear();
-        one.gear.extend(self.gear.iter().map(|impulse| Real::lane(*impulse, lane)));
+        one.gear.extend(self.gear.iter().map(|impulse| Real::lane(impulse, lane)));
         read_rows(&self.contact, &stage.contacts, lane, &mut one.contact);
         read_rows(&self.obstacle_friction, &stage.obstacle_friction, lane, &mut one.obstacle_friction);
         read_rows(&self.pair, &stage.pairs, lane, &mut one.pair);
         one.stop.clear();
         let stops = StageStop::in_lane(&stage.stops, lane);
-        one.pair.extend(stops.map(|(joint, side)| Real::lane(self.stop[joint][side], lane)));
+        one.pair.extend(stops.map(|(joint, side)| Real::lane(&self.stop[joint][side], lane)));
     }
 
     /// Copies `one` to the solution of `lane`; both are of the same `stage`.

@@ -100,7 +100,7 @@ impl<T: Real> Workspace<T> {
             }
             let body = members.body(lane);
             let nodes = members.system.nodes(&body.obstacles);
-            let robot = motion.of_lane(nodes, lane, Real::lane(stage.coefficient, lane));
+            let robot = motion.of_lane(nodes, lane, Real::lane(&stage.coefficient, lane));
             let mut add = |pair: [usize; 2], feature: usize, at_end: &[PlacedLink; 2], contact: &LinkPairContact| {
                 let known = body.warm_start.self_contacts.of(ContactId::of_pair(pair, feature));
                 rows.add(lane, feature, known, robot.row(pair, feature, at_end, contact, known.depth));

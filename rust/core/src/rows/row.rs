@@ -106,7 +106,7 @@ impl<S: Laned<T>, T: Real> Laned<T> for ContactRow<S, T> {
     type One = ContactRow<S::One>;
 
     fn lane(&self, lane: usize) -> Self::One {
-        ContactRow { link: self.link, direction: self.direction.lane(lane), offset: Real::lane(self.offset, lane) }
+        ContactRow { link: self.link, direction: self.direction.lane(lane), offset: Real::lane(&self.offset, lane) }
     }
 
     fn set_lane(&mut self, lane: usize, one: &Self::One) {
@@ -121,7 +121,7 @@ impl<S: Laned<T>, T: Real> Laned<T> for PairRow<S, T> {
 
     fn lane(&self, lane: usize) -> Self::One {
         let direction = [0, 1].map(|k| self.direction[k].lane(lane));
-        PairRow { links: self.links, direction, offset: Real::lane(self.offset, lane) }
+        PairRow { links: self.links, direction, offset: Real::lane(&self.offset, lane) }
     }
 
     fn set_lane(&mut self, lane: usize, one: &Self::One) {

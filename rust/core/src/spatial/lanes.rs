@@ -26,7 +26,7 @@ impl<T: Real> StageObstacleFriction<T> {
 
     pub fn lane(&self, lane: usize) -> StageObstacleFriction {
         let tangents = Laned::<T>::lane(&self.tangents, lane);
-        StageObstacleFriction { tangents, coefficient: Real::lane(self.coefficient, lane) }
+        StageObstacleFriction { tangents, coefficient: Real::lane(&self.coefficient, lane) }
     }
 
     pub fn set_lane(&mut self, lane: usize, one: &StageObstacleFriction) {
@@ -64,9 +64,9 @@ impl<T: Real> Stage<T> {
     /// The stage of one robot, with the contacts that the lane has. Its stops become contacts between neighbouring links:
     /// the fallback needs one kind of row less.
     pub fn copy_lane(&self, lane: usize, to: &mut Stage) {
-        to.coefficient = Real::lane(self.coefficient, lane);
+        to.coefficient = Real::lane(&self.coefficient, lane);
         to.friction.sliding = self.friction.sliding.lane(lane);
-        to.friction.rolling = Real::lane(self.friction.rolling, lane);
+        to.friction.rolling = Real::lane(&self.friction.rolling, lane);
         to.friction.skin = self.friction.skin;
         to.links.clear();
         to.links.extend(self.links.iter().map(|link| link.lane(lane)));
@@ -91,9 +91,9 @@ impl<T: Real> Stage<T> {
         for (axis, side) in self.stops_in_lane(lane) {
             let joint = axis / 2;
             let about = hinge_directions(to.axes_of(joint), &to.links[joint].axes, &to.links[joint + 1].axes)[axis % 2];
-            let turn = StageStop::<T>::SIDES[side] * Real::lane(self.stops[axis].lever, lane);
+            let turn = StageStop::<T>::SIDES[side] * Real::lane(&self.stops[axis].lever, lane);
             let direction = [turn, -turn].map(|turn| Wrench { angular: about * turn, ..Wrench::zero() });
-            let offset = Real::lane(self.stops[axis].offset[side], lane);
+            let offset = Real::lane(&self.stops[axis].offset[side], lane);
             to.pairs.push(StagePair { links: [joint, joint + 1], direction, offset });
         }
     }
@@ -114,13 +114,13 @@ impl<T: Real> StageSolution<T> {
         read_lane::<T, _>(&self.rolling, lane, &mut to.rolling);
         read_lane::<T, _>(&self.actuator, lane, &mut to.actuator);
         to.gear.clear();
-        to.gear.extend(self.gear.iter().map(|impulse| Real::lane(*impulse, lane)));
+        to.gear.extend(self.gear.iter().map(|impulse| Real::lane(impulse, lane)));
         read_rows(&self.obstacle_friction, &stage.contacts, lane, &mut to.obstacle_friction);
         read_rows(&self.contact, &stage.contacts, lane, &mut to.contact);
         read_rows(&self.pair, &stage.pairs, lane, &mut to.pair);
         to.stop.clear();
         let stops = stage.stops_in_lane(lane);
-        to.pair.extend(stops.map(|(axis, side)| Real::lane(self.stop[axis][side], lane)));
+        to.pair.extend(stops.map(|(axis, side)| Real::lane(&self.stop[axis][side], lane)));
     }
 
     /// Copies `from` to the solution of `lane`; both are of the same `stage`.

@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::kernels::SUNK;
 use crate::contact::{KnownContact, Source};
-use crate::math::{Laned, Mask, Real, read_lane};
+use crate::math::{Mask, Real, read_lane};
 use crate::spatial::obstacle_contacts::friction_of;
 use crate::spatial::rest::is_at_rest;
 use crate::spatial::support::Support;
