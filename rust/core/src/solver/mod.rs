@@ -20,4 +20,4 @@ pub use friction_term::FrictionTerm;
 pub(crate) use low_rank::{Coupling, EliminatedChain, LinkStep, LowRank};
 pub(crate) use motor_term::MotorTerm;
 pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unsolved, residual_limit};
-pub use ray_search::{NearestKink, Ray, Search, step_length};
+pub use ray_search::{NearestKink, Ray, Search, add, step_length};

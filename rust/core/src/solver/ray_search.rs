@@ -13,6 +13,13 @@ pub trait Ray<T: Real> {
     fn visit_kinks(&self, _nearest: &mut NearestKink<T>) {}
 }
 
+/// Adds the first and second derivative of one law to those of the sum.
+#[inline(always)]
+pub fn add<T: Real>(sum: &mut (T, T), (first, second): (T, T)) {
+    sum.0 += first;
+    sum.1 += second;
+}
+
 /// How much of the step to take in the given lanes, and in which of them less than all of it: where the slope at its
 /// end exceeds `accuracy` \[J\], up to where it is zero within `accuracy`.
 ///

@@ -83,12 +83,12 @@ impl<R> FoundRows<R> {
         S::One: Screw<f64>,
         R: Row<S::One, f64>,
     {
-        let per_second = T::splat(1.0) / solved.coefficient;
         for found in &self.found {
             let FoundRow { lane, row, slot, .. } = found;
             let lane = *lane;
             let impulse = solved.impulse[*slot].lane(lane);
-            remember(found, impulse * per_second.lane(lane));
+            let c = solved.coefficient.lane(lane);
+            remember(found, impulse * (1.0 / c));
             if !solved.lanes[lane] {
                 continue;
             }
@@ -100,7 +100,7 @@ impl<R> FoundRows<R> {
                 presses: impulse > 0.0,
                 touched: found.known.touches,
             };
-            closings.add(lane, &closing, solved.coefficient.lane(lane), solved.elapsed.lane(lane));
+            closings.add(lane, &closing, c, solved.elapsed.lane(lane));
             for (link, direction) in row.parts() {
                 impulses.push(found.impulse(link, direction.linear() * impulse));
             }
@@ -140,7 +140,9 @@ impl<V> FoundRows<ContactRow<V>> {
         rows.clear();
         for (link, most) in self.most.iter_mut().enumerate() {
             let first = rows.len();
-            rows.resize(first + *most, ContactRow::empty(link));
+            if *most > 0 {
+                rows.resize(first + *most, ContactRow::empty(link));
+            }
             *most = first;
         }
         impulses.clear();

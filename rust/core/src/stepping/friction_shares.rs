@@ -103,7 +103,9 @@ impl<T: Real> FrictionShares<T> {
     #[inline(always)]
     pub fn begin_step(&mut self, start: impl Iterator<Item = Vector2<T>>) {
         if self.is_any {
-            self.slip.iter_mut().zip(start).for_each(|(slip, start)| *slip = start);
+            for (slip, start) in self.slip.iter_mut().zip(start) {
+                *slip = start;
+            }
         }
     }
 
@@ -116,11 +118,17 @@ impl<T: Real> FrictionShares<T> {
         }
     }
 
-    /// What is left of the friction at each contact.
+    /// Number of contacts.
     #[inline(always)]
-    pub fn shares(&self) -> impl Iterator<Item = T> + '_ {
-        let slips = self.slip.iter().map(|u| remaining(self.drop, self.squared_scale, u.x * u.x + u.y * u.y));
-        slips.zip(&self.factor).map(|(left, factor)| left * *factor)
+    pub fn len(&self) -> usize {
+        self.factor.len()
+    }
+
+    /// What is left of the friction at a contact.
+    #[inline(always)]
+    pub fn share(&self, contact: usize) -> T {
+        let u = &self.slip[contact];
+        remaining(self.drop, self.squared_scale, u.x * u.x + u.y * u.y) * self.factor[contact]
     }
 }
 

@@ -186,7 +186,10 @@ impl<T: Real> Newton<T> {
         if COUPLED {
             let chain = self.links.len() - self.movables.len();
             let (chain, free) = self.links.split_at_mut(chain);
-            chain.iter_mut().for_each(back_substitution(self.head));
+            let mut substitute = back_substitution(self.head);
+            for link in chain {
+                substitute(link);
+            }
             for (link, value) in free.iter_mut().zip(&self.movables) {
                 link.step = link.segment.substitute(&mut value.minimiser().0, &mut T::zero());
             }
@@ -262,7 +265,9 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn take_step<const COUPLED: bool>(&mut self, halves: impl Halves, lanes: T::Mask) -> StepEnd<T> {
         if COUPLED {
-            self.links.iter_mut().for_each(|link| link.advance(lanes));
+            for link in &mut self.links {
+                link.advance(lanes);
+            }
             return self.evaluate_laws::<true>(halves, LawForm::Present, |_| ());
         }
         self.evaluate_laws::<false>(halves, LawForm::Present, full_step(self.head, lanes))
@@ -339,7 +344,9 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn raise(&mut self, lanes: T::Mask) {
         if let Some(skin) = self.skin {
-            self.links.iter_mut().for_each(|link| link.friction.raise(skin, lanes));
+            for link in &mut self.links {
+                link.friction.raise(skin, lanes);
+            }
         }
     }
 
@@ -421,7 +428,8 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     fn stiffen(&mut self, factor: T) {
         self.links.iter_mut().for_each(|link| link.friction.stiffen(factor));
         self.stops.iter_mut().for_each(|stop| stop.stiffen(factor));
-        self.motors.iter_mut().chain(&mut self.spins).for_each(|motor| motor.stiffen(factor));
+        self.motors.iter_mut().for_each(|motor| motor.stiffen(factor));
+        self.spins.iter_mut().for_each(|spin| spin.stiffen(factor));
         self.contacts.iter_mut().for_each(|contact| contact.law.stiffen(factor));
         self.obstacle_friction.stiffen(factor);
         self.self_contacts.stiffen(factor);
@@ -432,7 +440,8 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.links.iter_mut().for_each(|link| link.friction.recentre(lanes));
         self.raise(lanes);
         self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
-        self.motors.iter_mut().chain(&mut self.spins).for_each(|motor| motor.recentre(lanes));
+        self.motors.iter_mut().for_each(|motor| motor.recentre(lanes));
+        self.spins.iter_mut().for_each(|spin| spin.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
         self.obstacle_friction.recentre(lanes, &self.contacts);
         self.self_contacts.recentre(lanes);

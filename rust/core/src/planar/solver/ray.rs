@@ -2,7 +2,7 @@
 
 use crate::laws::{Halves, Whole};
 use crate::math::Real;
-use crate::solver::{NearestKink, Ray, Search};
+use crate::solver::{NearestKink, Ray, Search, add};
 
 use super::link_term::linear;
 use super::newton::Newton;
@@ -49,39 +49,53 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
     #[inline(always)]
     fn derivatives(&self, alpha: T) -> (T, T) {
         let Self { newton, halves, inertia } = self;
-        let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
-        let mut add = |(first, second): (T, T)| {
-            slope += first;
-            curvature += second;
-        };
+        let mut sum = (inertia[0] + alpha * inertia[1], inertia[1]);
         let (mut omega, mut change) = (T::zero(), T::zero());
         for (i, link) in newton.links.iter().enumerate() {
-            add(link.friction.along(*halves, &linear(&link.start), &linear(&link.step), alpha));
+            add(&mut sum, link.friction.along(*halves, &linear(&link.start), &linear(&link.step), alpha));
             if let Some(spin) = newton.spins.get(i) {
-                add(spin.along(|_| (T::zero(), T::zero()), link.start.z, link.step.z, alpha));
+                add(
+                    &mut sum,
+                    spin.along(
+                        #[inline(always)]
+                        |_| (T::zero(), T::zero()),
+                        link.start.z,
+                        link.step.z,
+                        alpha,
+                    ),
+                );
             }
             let (rate, turn) = (link.start.z - omega, link.step.z - change);
             match i.checked_sub(1).and_then(|joint| newton.motors.get(joint)) {
-                Some(motor) => add(motor.along(|rate| link.actuator.at(rate), rate, turn, alpha)),
-                None => add(link.actuator.along(rate, turn, alpha)),
+                Some(motor) => add(
+                    &mut sum,
+                    motor.along(
+                        #[inline(always)]
+                        |rate| link.actuator.at(rate),
+                        rate,
+                        turn,
+                        alpha,
+                    ),
+                ),
+                None => add(&mut sum, link.actuator.along(rate, turn, alpha)),
             }
             if i > 0
                 && let Some(stop) = newton.stops.get(i - 1)
             {
-                add(stop.along(rate, turn, alpha));
+                add(&mut sum, stop.along(rate, turn, alpha));
             }
             (omega, change) = (link.start.z, link.step.z);
         }
         for contact in &newton.contacts {
             let link = &newton.links[contact.link];
-            add(contact.along(&link.start, &link.step, alpha));
+            add(&mut sum, contact.along(&link.start, &link.step, alpha));
         }
         for term in &newton.obstacle_friction.terms {
             let link = &newton.links[term.link];
-            add(term.along(&link.start, &link.step, alpha));
+            add(&mut sum, term.along(&link.start, &link.step, alpha));
         }
-        add(newton.self_contacts.along(&newton.links, alpha));
-        (slope, curvature)
+        add(&mut sum, newton.self_contacts.along(&newton.links, alpha));
+        sum
     }
 
     #[inline(always)]

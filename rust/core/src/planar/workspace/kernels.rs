@@ -202,7 +202,8 @@ impl<T: Real> Workspace<T> {
             });
         }
         if self.shares.is_any {
-            for (link, share) in self.stage.links.iter_mut().zip(self.shares.shares()) {
+            for (i, link) in self.stage.links.iter_mut().enumerate().take(self.shares.len()) {
+                let share = self.shares.share(i);
                 link.friction.x = link.friction.x * share;
                 link.friction.y = link.friction.y * share;
             }
@@ -211,8 +212,8 @@ impl<T: Real> Workspace<T> {
         let spins = self.spin_torque.iter().zip(&self.constants).map(|(_, link)| link.spin * c);
         self.stage.spins.extend(spins);
         if self.shares.is_any {
-            for (spin, share) in self.stage.spins.iter_mut().zip(self.shares.shares()) {
-                *spin = *spin * share;
+            for (i, spin) in self.stage.spins.iter_mut().enumerate().take(self.shares.len()) {
+                *spin = *spin * self.shares.share(i);
             }
         }
     }

@@ -261,7 +261,11 @@ impl<T: Real> Newton<T> {
         let touches_itself = !self.self_contacts.is_empty();
         if touches_itself {
             let links = &self.links;
-            squared_error = self.self_contacts.evaluate(|link| links[link].twist_after(fraction, moving), recentred);
+            squared_error = self.self_contacts.evaluate(
+                #[inline(always)]
+                |link| links[link].twist_after(fraction, moving),
+                recentred,
+            );
         }
         let mut contacts = self.contacts.iter_mut().enumerate().rev().peekable();
         let mut behind = Quadratic::zero();

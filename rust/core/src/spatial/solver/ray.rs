@@ -2,7 +2,7 @@
 
 use crate::laws::{Halves, Whole};
 use crate::math::Real;
-use crate::solver::{NearestKink, Ray, Search, step_length};
+use crate::solver::{NearestKink, Ray, Search, add, step_length};
 
 use super::newton::Newton;
 
@@ -48,21 +48,27 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
     fn derivatives(&self, alpha: T) -> (T, T) {
         let Self { newton, halves, inertia } = self;
         let laws = &newton.laws;
-        let (mut slope, mut curvature) = (inertia[0] + alpha * inertia[1], inertia[1]);
+        let mut sum = (inertia[0] + alpha * inertia[1], inertia[1]);
         for (i, link) in newton.links.iter().enumerate() {
-            add(&mut slope, &mut curvature, link.ground_along(*halves, laws, alpha));
+            add(&mut sum, link.ground_along(*halves, laws, alpha));
             for axis in 0..2 {
                 let (actuator, rate, change) = (&link.actuators[axis], link.rates[axis], link.step_rates[axis]);
                 let motor = (2 * i + axis).checked_sub(2).and_then(|axis| newton.motors.get(axis));
                 let driven = match motor {
-                    Some(motor) => motor.along(|rate| actuator.at(rate), rate, change, alpha),
+                    Some(motor) => motor.along(
+                        #[inline(always)]
+                        |rate| actuator.at(rate),
+                        rate,
+                        change,
+                        alpha,
+                    ),
                     None => actuator.along(rate, change, alpha),
                 };
-                add(&mut slope, &mut curvature, driven);
+                add(&mut sum, driven);
                 if i > 0
                     && let Some(stop) = newton.stops.get(2 * (i - 1) + axis)
                 {
-                    add(&mut slope, &mut curvature, stop.along(link.rates[axis], link.step_rates[axis], alpha));
+                    add(&mut sum, stop.along(link.rates[axis], link.step_rates[axis], alpha));
                 }
             }
         }
@@ -70,11 +76,11 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
             let link = &newton.links[contact.link];
             let contact =
                 contact.normal.along(contact.direction.dot(&link.twist), contact.direction.dot(&link.step), alpha);
-            add(&mut slope, &mut curvature, contact);
+            add(&mut sum, contact);
         }
-        add(&mut slope, &mut curvature, newton.obstacle_friction.along(&newton.contacts, &newton.links, alpha));
-        add(&mut slope, &mut curvature, newton.self_contacts.along(&newton.links, alpha));
-        (slope, curvature)
+        add(&mut sum, newton.obstacle_friction.along(&newton.contacts, &newton.links, alpha));
+        add(&mut sum, newton.self_contacts.along(&newton.links, alpha));
+        sum
     }
 
     #[inline(always)]
@@ -92,10 +98,4 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
             .obstacle_friction
             .visit_kinks(&self.newton.contacts, &self.newton.links, |kink| nearest.consider(kink));
     }
-}
-
-#[inline(always)]
-fn add<T: Real>(slope: &mut T, curvature: &mut T, (first, second): (T, T)) {
-    *slope += first;
-    *curvature += second;
 }

@@ -59,7 +59,7 @@ impl<T: Real> PairTerm<T> {
 
     /// w . x of both links' twists.
     #[inline(always)]
-    fn velocity(&self, twist: impl Fn(usize) -> Twist<T>) -> T {
+    fn velocity(&self, twist: impl Fn(usize) -> Twist<T> + Copy) -> T {
         let Coupling { links: [i, j], direction: [first, second], .. } = &self.coupling;
         first.dot(&twist(*i)) + second.dot(&twist(*j))
     }
@@ -91,11 +91,11 @@ impl<T: Real> SelfContacts<T> {
 
     /// Forces and stiffnesses at the given twists; returns the largest squared violation.
     #[inline(always)]
-    pub fn evaluate(&mut self, twist: impl Fn(usize) -> Twist<T>, recentred: T::Mask) -> T {
+    pub fn evaluate(&mut self, twist: impl Fn(usize) -> Twist<T> + Copy, recentred: T::Mask) -> T {
         self.force.fill(Wrench::zero());
         let mut squared_error = T::zero();
         for term in &mut self.terms {
-            let velocity = term.velocity(&twist);
+            let velocity = term.velocity(twist);
             let PairTerm { coupling, contact } = term;
             coupling.stiffness = contact.evaluate(velocity);
             contact.recentre_here(velocity, coupling.stiffness, recentred);

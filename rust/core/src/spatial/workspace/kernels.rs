@@ -237,10 +237,9 @@ impl<T: Real> Workspace<T> {
                 link.ground[end] = opening(still, self.motion.start_gap[i][end], c, elapsed);
             }
             link.share = [T::splat(1.0); 2];
-        }
-        if self.shares.is_any {
-            let shares = self.stage.links.iter_mut().flat_map(|link| &mut link.share);
-            shares.zip(self.shares.shares()).for_each(|(share, left)| *share = left);
+            if self.shares.is_any {
+                link.share = [self.shares.share(2 * i), self.shares.share(2 * i + 1)];
+            }
         }
     }
 
@@ -310,14 +309,16 @@ fn slips<'a, T: Real>(
     frames: &'a [Frame<T>],
     twists: &'a [Twist<T>],
 ) -> impl Iterator<Item = Vector2<T>> + 'a {
-    links.iter().zip(frames.iter().zip(twists)).flat_map(|(link, (frame, twist))| {
-        link.spheres().map(|along| {
-            let mut arm = scaled(&frame.axes[2], along);
-            arm.z -= link.radius;
-            let v = twist.velocity_at(&arm);
+    (0..2 * links.len()).map(
+        #[inline(always)]
+        move |contact| {
+            let (i, end) = (contact / 2, contact % 2);
+            let mut arm = scaled(&frames[i].axes[2], links[i].spheres()[end]);
+            arm.z -= links[i].radius;
+            let v = twists[i].velocity_at(&arm);
             Vector2::new(v.x, v.y)
-        })
-    })
+        },
+    )
 }
 
 #[inline(always)]
