@@ -171,13 +171,16 @@ impl<V> FoundRows<PairRow<V>> {
         impulses: &mut Vec<T>,
     ) {
         let Self { found, ids, .. } = self;
+        rows.clear();
+        impulses.clear();
+        if found.is_empty() {
+            return;
+        }
         ids.clear();
         ids.extend(found.iter().map(|found| found.id));
         ids.sort_unstable();
         ids.dedup();
-        rows.clear();
         rows.resize(ids.len(), PairRow::empty([0; 2]));
-        impulses.clear();
         impulses.resize(ids.len(), T::zero());
         for FoundRow { lane, id, known, row, slot, .. } in found {
             *slot = ids.binary_search(id).expect("a listed contact");

@@ -101,19 +101,20 @@ impl<T: Real> FrictionShares<T> {
 
     /// Takes the slip of a stage that starts with the step.
     #[inline(always)]
-    pub fn begin_step(&mut self, start: impl Iterator<Item = Vector2<T>>) {
+    pub fn begin_step(&mut self, start: impl Fn(usize) -> Vector2<T>) {
         if self.is_any {
-            for (slip, start) in self.slip.iter_mut().zip(start) {
-                *slip = start;
+            for (contact, slip) in self.slip.iter_mut().enumerate() {
+                *slip = start(contact);
             }
         }
     }
 
     /// Takes the slip of the second stage, as far from the start of the step as the end of the first.
     #[inline(always)]
-    pub fn extrapolate(&mut self, end: impl Iterator<Item = Vector2<T>>) {
+    pub fn extrapolate(&mut self, end: impl Fn(usize) -> Vector2<T>) {
         let weight = T::splat(0.5 / (GAMMA * GAMMA));
-        for (slip, end) in self.slip.iter_mut().zip(end) {
+        for (contact, slip) in self.slip.iter_mut().enumerate() {
+            let end = end(contact);
             *slip = Vector2::new(slip.x + (end.x - slip.x) * weight, slip.y + (end.y - slip.y) * weight);
         }
     }

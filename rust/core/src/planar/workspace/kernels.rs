@@ -24,7 +24,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motion.reference.copy_from_slice(&self.motion.start_twist);
         self.motion.guess.copy_from_slice(&self.motion.start_twist);
         self.drives.backlash.begin_step();
-        self.shares.begin_step(self.motion.start_twist.iter().map(in_plane));
+        self.shares.begin_step(
+            #[inline(always)]
+            |link| in_plane(&self.motion.start_twist[link]),
+        );
         self.motors.begin_step(joint_rates(&self.motion.start_twist));
         self.closings.begin_part();
         self.self_contacts.begin_step();
@@ -55,7 +58,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         }
         self.motors.extrapolate(joint_rates(&self.result.twist));
         if self.shares.is_any {
-            self.shares.extrapolate(self.result.twist.iter().map(in_plane));
+            self.shares.extrapolate(
+                #[inline(always)]
+                |link| in_plane(&self.result.twist[link]),
+            );
         }
         let per_second = T::splat(1.0) / self.stage.coefficient;
         for (torque, impulse) in self.actuator_torque.iter_mut().zip(&self.result.actuator) {

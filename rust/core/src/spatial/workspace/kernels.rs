@@ -32,8 +32,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motors.begin_step(self.motion.start_velocity.rate.iter().flatten().copied());
         if self.shares.is_any {
             self.motion.start_velocity.twists(&self.motion.start_frames, &self.motion.shape, &mut self.motion.expected);
-            let slips = slips(&self.stage.links, &self.motion.start_frames, &self.motion.expected);
-            self.shares.begin_step(slips);
+            self.shares.begin_step(
+                #[inline(always)]
+                |contact| slip(&self.stage.links, &self.motion.start_frames, &self.motion.expected, contact),
+            );
         }
     }
 
@@ -51,7 +53,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motors.extrapolate(end.rate.iter().flatten().copied());
         if self.shares.is_any {
             end.twists(&self.motion.frames, &self.motion.shape, &mut self.motion.expected);
-            self.shares.extrapolate(slips(&self.stage.links, &self.motion.frames, &self.motion.expected));
+            self.shares.extrapolate(
+                #[inline(always)]
+                |contact| slip(&self.stage.links, &self.motion.frames, &self.motion.expected, contact),
+            );
         }
         self.motion.guess.blend(&self.motion.start_velocity, end, T::splat(1.0 / GAMMA));
         for (reference, (start, end)) in
@@ -302,23 +307,14 @@ fn largest_angle<T: Real>(base: &[[T; 2]], rates: &[[T; 2]], c: T) -> T {
     largest
 }
 
-/// Horizontal velocities of the lowest points of all spheres.
+/// Horizontal velocity of the lowest point of a sphere, the front one of each link first.
 #[inline(always)]
-fn slips<'a, T: Real>(
-    links: &'a [StageLink<T>],
-    frames: &'a [Frame<T>],
-    twists: &'a [Twist<T>],
-) -> impl Iterator<Item = Vector2<T>> + 'a {
-    (0..2 * links.len()).map(
-        #[inline(always)]
-        move |contact| {
-            let (i, end) = (contact / 2, contact % 2);
-            let mut arm = scaled(&frames[i].axes[2], links[i].spheres()[end]);
-            arm.z -= links[i].radius;
-            let v = twists[i].velocity_at(&arm);
-            Vector2::new(v.x, v.y)
-        },
-    )
+fn slip<T: Real>(links: &[StageLink<T>], frames: &[Frame<T>], twists: &[Twist<T>], contact: usize) -> Vector2<T> {
+    let (i, end) = (contact / 2, contact % 2);
+    let mut arm = scaled(&frames[i].axes[2], links[i].spheres()[end]);
+    arm.z -= links[i].radius;
+    let v = twists[i].velocity_at(&arm);
+    Vector2::new(v.x, v.y)
 }
 
 #[inline(always)]

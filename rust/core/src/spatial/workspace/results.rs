@@ -197,10 +197,13 @@ impl<T: Real> Workspace<T> {
     /// Measures again how a lane's spheres sink into what carries them, where that is not the plane of the ground alone.
     pub(in crate::spatial) fn measure_sinking_into_supports(&mut self, lane: usize) {
         let mut sinking = 0.0_f64;
-        for (i, frame) in self.motion.frames.iter().enumerate() {
-            for side in 0..2 {
+        for (i, (frame, link)) in self.motion.frames.iter().zip(&self.stage.links).enumerate() {
+            let at = frame.axis_of(lane);
+            let [offset, sphere, radius] =
+                [&link.cg_offset, &link.sphere, &link.radius].map(|length| length.lane(lane));
+            for (side, along) in [offset + sphere, offset - sphere].into_iter().enumerate() {
                 let height = self.support_of(lane, i, side).map_or(0.0, |support| support.height);
-                let gap = frame.ground_gap(&self.stage.links[i], side).lane(lane);
+                let gap = at.position.z + along * at.axis.z - radius;
                 if gap - height < -SUNK {
                     sinking = sinking.max(self.motion.start_gap[i][side].lane(lane) - gap);
                 }
