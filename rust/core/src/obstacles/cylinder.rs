@@ -91,6 +91,22 @@ impl Cylinder {
         if beyond > beside { (beyond, end) } else { (beside, outward) }
     }
 
+    /// Where the distance from the mantle falls and rises with the slope `level` \[m\], if the mantle is nearer than the ends
+    /// all along the line: the slope is `s / |s h / h^2 + r|`, `s` being h^2 times the way from the place nearest to the axis,
+    /// `r` the offset there and `h` the part of the line across the axis.
+    fn level_beside(&self, line: &SolidLine, level: f64) -> Option<[f64; 2]> {
+        let across = |v: &Vector3<f64>| v - self.axis * v.dot(&self.axis);
+        let (offset, half) = (line.middle - self.start, across(&line.half));
+        let along = offset.dot(&self.axis);
+        let to_end = along.min(self.length - along) - line.half.dot(&self.axis).abs();
+        let squared = half.norm_squared();
+        let nearest = -half.dot(&offset) / squared;
+        let from_axis = (across(&offset) + half * nearest).norm();
+        let is_beside = to_end > 0.0 && from_axis - self.radius > -to_end;
+        let way = level * from_axis / (squared * (1.0 - level * level / squared).sqrt());
+        (is_beside && way.is_finite()).then_some([nearest - way, nearest + way])
+    }
+
     fn solid_contact(&self, line: &SolidLine, along: f64) -> SolidContact {
         let (distance, normal) = self.signed_distance(&line.point(along));
         SolidContact { distance, normal, along, is_redundant: false }
@@ -104,6 +120,13 @@ impl Cylinder {
         let falls = |along: f64| slope(along) < if is_last { level } else { -level };
         if !falls(-1.0) || falls(1.0) {
             return SolidContact::AWAY;
+        }
+        if let Some([first, last]) = self.level_beside(line, level) {
+            return match is_last {
+                true if last - first <= SAME => SolidContact::AWAY,
+                true => self.solid_contact(line, last),
+                false => self.solid_contact(line, first),
+            };
         }
         let (mut low, mut high) = (-1.0, 1.0);
         for _ in 0..HALVINGS {
@@ -180,6 +203,12 @@ impl Cylinder {
     fn rim_contact(&self, line: &SolidLine, is_far: bool, is_second: bool) -> SolidContact {
         let (centre, into_wall) =
             if is_far { (self.start + self.axis * self.length, -self.axis) } else { (self.start, self.axis) };
+        let middle = line.middle - centre;
+        let lowest = middle.dot(&into_wall) - line.half.dot(&into_wall).abs();
+        if lowest > ROUNDING * (middle.norm() + line.half.norm() + self.radius) {
+            // Beside the wall, which is nearer than its rim.
+            return SolidContact::AWAY;
+        }
         let [first, second] = ALONG.map(|end| self.nearest_to_rim(line, &centre, end));
         let place = if is_second { second } else { first };
         if place.abs() >= 1.0 || (is_second && (first - second).abs() < SAME) {
@@ -194,7 +223,15 @@ impl Cylinder {
     fn nearest_to_rim(&self, line: &SolidLine, centre: &Vector3<f64>, end: f64) -> f64 {
         let squared = line.half.norm_squared().max(f64::MIN_POSITIVE);
         let nearest = |place: f64| (self.on_rim(line, centre, place) - line.middle).dot(&line.half) / squared;
-        (0..ROUNDS).fold(end, |place, _| nearest(place).clamp(-1.0, 1.0))
+        let mut place = end;
+        for _ in 0..ROUNDS {
+            let next = nearest(place).clamp(-1.0, 1.0);
+            if next == place {
+                break;
+            }
+            place = next;
+        }
+        place
     }
 
     /// The point of a rim that is nearest to a point of the line.
