@@ -97,7 +97,7 @@ impl Real for Counting {
         Self(x)
     }
 
-    fn lane(self, _: usize) -> f64 {
+    fn lane(&self, _: usize) -> f64 {
         self.0
     }
 
