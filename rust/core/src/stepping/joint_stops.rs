@@ -258,13 +258,16 @@ fn offset<T: Real>(limit: T, lever: T, start: T, base: T, c: T, elapsed: T) -> T
 
 /// Largest angles of all axes to both sides, out of reach where a joint has no limit or not the axis.
 fn own_bounds<T: Real>(robot: &Robot, axes: usize) -> Vec<[T; 2]> {
-    let far = T::splat(StageStop::<T>::FAR);
-    let joints = robot.joint_bounds.iter().zip(&robot.axes);
-    let bounds = joints.flat_map(|([lower, upper], of_joint)| {
-        let of_axis = [T::splat(*upper).min(far), T::splat(-lower).min(far)];
-        (0..axes).map(move |axis| if axes == 1 || of_joint.has(axis) { of_axis } else { [far; 2] })
-    });
-    bounds.collect()
+    let far = StageStop::<T>::FAR;
+    let mut bounds = Vec::with_capacity(axes * robot.axes.len());
+    for ([lower, upper], of_joint) in robot.joint_bounds.iter().zip(&robot.axes) {
+        for axis in 0..axes {
+            let has = axes == 1 || of_joint.has(axis);
+            let [most, least] = if has { [upper.min(far), (-lower).min(far)] } else { [far; 2] };
+            bounds.push([T::splat(most), T::splat(least)]);
+        }
+    }
+    bounds
 }
 
 /// Distance of a joint from its limit below which the closing of its stops is forecast \[rad\].
