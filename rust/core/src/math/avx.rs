@@ -12,7 +12,7 @@ use super::{Mask, Real};
 
 wide!(
     Wide8(__m512d), 8 lanes, Mask8(__mmask8),
-    set _mm512_set1_pd, add _mm512_add_pd, sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd, sqrt _mm512_sqrt_pd,
+    add _mm512_add_pd, sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd, sqrt _mm512_sqrt_pd,
     multiply_add _mm512_fmadd_pd, negated_multiply_add _mm512_fnmadd_pd, max _mm512_max_pd, min _mm512_min_pd,
     neg(x) _mm512_xor_pd(x, _mm512_set1_pd(-0.0)),
     le(x, y) _mm512_cmp_pd_mask::<_CMP_LE_OQ>(x, y), lt(x, y) _mm512_cmp_pd_mask::<_CMP_LT_OQ>(x, y),
@@ -22,7 +22,7 @@ wide!(
 
 wide!(
     Wide4(__m256d), 4 lanes, Mask4(__m256d),
-    set _mm256_set1_pd, add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd, sqrt _mm256_sqrt_pd,
+    add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd, sqrt _mm256_sqrt_pd,
     multiply_add _mm256_fmadd_pd, negated_multiply_add _mm256_fnmadd_pd, max _mm256_max_pd, min _mm256_min_pd,
     neg(x) _mm256_xor_pd(x, _mm256_set1_pd(-0.0)),
     le(x, y) _mm256_cmp_pd::<_CMP_LE_OQ>(x, y), lt(x, y) _mm256_cmp_pd::<_CMP_LT_OQ>(x, y),

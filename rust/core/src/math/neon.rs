@@ -14,7 +14,7 @@ pub type Wide4 = Pair<Wide2>;
 
 wide!(
     Wide2(float64x2_t), 2 lanes, Mask2(uint64x2_t),
-    set vdupq_n_f64, add vaddq_f64, sub vsubq_f64, mul vmulq_f64, div vdivq_f64, sqrt vsqrtq_f64,
+    add vaddq_f64, sub vsubq_f64, mul vmulq_f64, div vdivq_f64, sqrt vsqrtq_f64,
     multiply_add multiply_add, negated_multiply_add negated_multiply_add, max larger, min smaller,
     neg(x) vnegq_f64(x), le(x, y) vcleq_f64(x, y), lt(x, y) vcltq_f64(x, y),
     select(mask, yes, no) vbslq_f64(mask, yes, no),

@@ -12,7 +12,7 @@
 macro_rules! wide {
     (
         $wide:ident($register:ty), $lanes:literal lanes, $mask:ident($mask_register:ty),
-        set $set:ident, add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident, sqrt $sqrt:ident,
+        add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident, sqrt $sqrt:ident,
         multiply_add $multiply_add:ident, negated_multiply_add $negated_multiply_add:ident,
         max $max:ident, min $min:ident, neg($x:ident) $neg:expr,
         le($x_le:ident, $y_le:ident) $le:expr, lt($x_lt:ident, $y_lt:ident) $lt:expr,
@@ -95,7 +95,8 @@ macro_rules! wide {
 
             #[inline(always)]
             fn splat(x: f64) -> Self {
-                unsafe { Self($set(x)) }
+                // By way of memory, since constants are also made where the instructions are not switched on.
+                unsafe { std::mem::transmute::<[f64; $lanes], Self>([x; $lanes]) }
             }
 
             #[inline(always)]

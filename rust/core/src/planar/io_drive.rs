@@ -126,7 +126,7 @@ fn friction<T: Real>(motion: &LinkMotion<T>, lever: T, coulomb: &Vector2<T>) -> 
     let along = e.x * v.x + e.y * v.y;
     let across = e.x * v.y - e.y * v.x;
     let swing = lever * v.z;
-    let [front, rear] = [across + swing, across - swing].map(|slip| smooth_force(coulomb.y, slip));
+    let (front, rear) = (smooth_force(coulomb.y, across + swing), smooth_force(coulomb.y, across - swing));
     let axial = smooth_force(coulomb.x, along);
     let (p, q) = (axial + axial, front + rear);
     Vector3::new(e.x * p - e.y * q, e.y * p + e.x * q, lever * (front - rear))

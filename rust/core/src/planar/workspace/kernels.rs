@@ -215,8 +215,9 @@ impl<T: Real> Workspace<T> {
             }
         }
         self.stage.spins.clear();
-        let spins = self.spin_torque.iter().zip(&self.constants).map(|(_, link)| link.spin * c);
-        self.stage.spins.extend(spins);
+        for link in self.constants.iter().take(self.spin_torque.len()) {
+            self.stage.spins.push(link.spin * c);
+        }
         if self.shares.is_any {
             for (i, spin) in self.stage.spins.iter_mut().enumerate().take(self.shares.len()) {
                 *spin = *spin * self.shares.share(i);
@@ -297,7 +298,9 @@ impl<T: Real> Workspace<T> {
             *impulse = Vector2::new(force.x * c, force.y * c);
         }
         self.solution.spin.clear();
-        self.solution.spin.extend(self.spin_torque.iter().map(|torque| *torque * c));
+        for torque in &self.spin_torque {
+            self.solution.spin.push(*torque * c);
+        }
         for (impulse, torque) in self.solution.actuator.iter_mut().zip(&self.actuator_torque) {
             *impulse = *torque * c;
         }
