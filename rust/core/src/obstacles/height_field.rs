@@ -285,6 +285,15 @@ impl HeightField {
 
     /// Which parts of a point of the grid there are and can touch anything.
     fn active_parts(&self, [i, j]: [usize; 2]) -> u16 {
+        if !self.is_level_around(i, j) {
+            return self.examined_parts([i, j]);
+        }
+        // Flat edges and corners touch nothing.
+        if self.friction == GroundFriction::OfGround { 0 } else { 1 << FACES[0] | 1 << FACES[1] }
+    }
+
+    /// The same by the directions of edges and faces.
+    fn examined_parts(&self, [i, j]: [usize; 2]) -> u16 {
         let [columns, rows] = self.cells();
         let (has_x, has_y) = (i < columns, j < rows);
         let exists = |kind: usize| match kind {
@@ -311,6 +320,16 @@ impl HeightField {
             }
         };
         (0..KINDS).filter(|&kind| is_active(kind)).fold(0, |bits, kind| bits | 1 << kind)
+    }
+
+    /// Whether a point inside the field and its eight neighbours have one height.
+    fn is_level_around(&self, i: usize, j: usize) -> bool {
+        let height = self.heights[i * self.size[1] + j];
+        let is_level = |i: usize| {
+            let middle = i * self.size[1] + j;
+            self.heights[middle - 1..=middle + 1].iter().all(|&other| other == height)
+        };
+        !self.is_border(i, j) && (i - 1..=i + 1).all(is_level)
     }
 
     /// Whether a part is at the border of the field, and not above the plane of the ground beside it.
@@ -485,3 +504,23 @@ const FLAT: f64 = 1e-9;
 
 /// Round-off of a place, as a share of a cell.
 const ROUNDING: f64 = 1e-10;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Terraces, with and without friction of their own.
+    #[test]
+    fn level_neighbourhoods_have_the_parts_that_an_examination_finds() {
+        let terrace = |i: usize, j: usize| if i < 5 && j > 3 { 0.1 } else { 0.0 };
+        let height: Vec<Vec<f64>> = (0..11).map(|i| (0..9).map(|j| terrace(i, j)).collect()).collect();
+        for friction in [GroundFriction::OfGround, GroundFriction::Coefficient(0.4)] {
+            let field = HeightField::new(&Heights { height: height.clone(), spacing: 0.2, origin: [0.0; 2], friction });
+            let field = field.unwrap();
+            assert!(field.places().any(|[i, j]| field.is_level_around(i, j)) && field.has_parts);
+            for [i, j] in field.places() {
+                assert_eq!(field.active_parts([i, j]), field.examined_parts([i, j]), "{i} {j}");
+            }
+        }
+    }
+}
