@@ -143,13 +143,13 @@ def _copied(path: Path, out: Path, number: int) -> str:
 
 
 def _tasks(name: str) -> list[str]:
-    """All tasks of a policy's robot model; of a scripted controller those for which it was tuned."""
+    """All tasks of a policy's robot model outside the suite "ground"; of a scripted controller its tuned ones."""
     scripted = name in SCRIPTED
     model = trained_with(Path(name)) if Path(policy_path(name)).is_file() else "planar"
     return [
         task.name
         for task in tasks.load().values()
-        if (cached_scores.tuning(name, task) if scripted else task.model == model)
+        if (cached_scores.tuning(name, task) if scripted else task.model == model and task.suite != "ground")
     ]
 
 
