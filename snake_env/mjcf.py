@@ -16,7 +16,6 @@ from snake_env._native import simulate
 from snake_env.config.robot import LOCK_STIFFNESS, per_link
 from snake_env.errors import ConfigError
 from snake_env.obstacles import (
-    GROUND_FRICTION,
     Circle,
     Cylinder,
     HeightField,
@@ -24,6 +23,7 @@ from snake_env.obstacles import (
     Polyhedron,
     Segment,
     Vertical,
+    ground_friction,
     is_movable,
     outlines,
 )
@@ -210,20 +210,34 @@ def _add_obstacle(
 
 
 def _add_disc(root: Element, disc: Circle, j: int, robot: Robot, step: float) -> tuple[float, ...]:
-    """A free cylinder as high as the links, which touches them and obstacles without friction. Returns its pose."""
+    """A cylinder as high as the links, which touches them and obstacles without friction. Returns its position.
+
+    It is free, or on two slides with springs; their stops are those of a square instead of a disc.
+    """
     world, name = root.find("worldbody"), f"obstacle_{j}"
     assert world is not None
-    half = float(per_link(robot.radius, robot.links).max())
+    half, mu = float(per_link(robot.radius, robot.links).max()), ground_friction(disc)
     body = _add(world, "body", name=name, pos=(disc.x, disc.y, half))
-    _add(body, "freejoint", name=name)
+    if disc.stiffness is None:
+        _add(body, "freejoint", name=name)
+        at: tuple[float, ...] = (disc.x, disc.y, half, 1.0, 0.0, 0.0, 0.0)
+    else:
+        held: dict[str, Any] = {"stiffness": disc.stiffness, "damping": disc.damping or 0.0}
+        if disc.travel is not None:
+            held |= {"range": (-disc.travel, disc.travel), "limited": "true", "solreflimit": _solref(step)}
+        for axis, direction in (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0))):
+            _add(body, "joint", name=f"{name}_{axis}", type="slide", axis=direction, **held)
+        at = (0.0, 0.0)
+        if mu:
+            _add(body, "joint", name=f"{name}_z", type="slide", axis=(0.0, 0.0, 1.0))
+            at = (0.0, 0.0, 0.0)
     contact = {**_solid(step), "conaffinity": SOLID, "condim": 1, "mass": disc.mass}
     _add(body, "geom", name=name, type="cylinder", size=(disc.radius, half), **contact)
     contacts = root.find("contact")
     contacts = _add(root, "contact") if contacts is None else contacts
-    mu = GROUND_FRICTION if disc.ground_friction is None else disc.ground_friction
     friction = (mu, mu, 0.0, 0.0, 0.0)
     _add(contacts, "pair", geom1="ground", geom2=name, condim=3, friction=friction, solref=_solref(step))
-    return disc.x, disc.y, half, 1.0, 0.0, 0.0, 0.0
+    return at
 
 
 def _add_hull(world: Element, assets: Element, vertices: Array, name: str, contact: dict[str, Any]) -> None:

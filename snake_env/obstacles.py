@@ -42,7 +42,7 @@ class _Body(Section):
 
 @dataclass(frozen=True)
 class Circle(_Body):
-    """A peg, or with a mass a disc on the ground that can be pushed. It lies at x and y at first.
+    """A peg, with a mass a disc that can be pushed, with a stiffness a peg that yields. It is at x and y at first.
 
     Args:
         radius: radius [m], > 0.
@@ -52,7 +52,12 @@ class Circle(_Body):
         mass: of a homogeneous disc, > 0; None: fixed. The planar model only [kg].
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
         ground_friction: Coulomb coefficient between the ground and the disc, which presses on it evenly. It resists
-            sliding with mu m g and spin with 2/3 R mu m g. None: 0.2, as of links. Only with a mass.
+            sliding with mu m g and spin with 2/3 R mu m g. None: 0.2, as of links, 0 with a spring. Only with a mass.
+        stiffness: of a spring that holds the disc at x and y in either direction, >= 0; None: no spring. Only with a
+            mass [N/m].
+        damping: of a damper beside the spring, >= 0; None: 0. Only with a stiffness [N s/m].
+        travel: how far the disc gives way before it meets a rigid stop, > 0; None: any distance. Only with a
+            stiffness [m].
     """
 
     radius: float
@@ -62,6 +67,9 @@ class Circle(_Body):
     mass: float | None = None
     height: float | None = None
     ground_friction: float | None = None
+    stiffness: float | None = None
+    damping: float | None = None
+    travel: float | None = None
     shape: str = field(default="circle", init=False, repr=False)
 
     def moved(self, dx: float, dy: float) -> Circle:
@@ -248,6 +256,12 @@ def circles(obstacles: Sequence[Any]) -> list[tuple[float, float, float]]:
 def is_movable(obstacle: Any) -> TypeGuard[Circle]:
     """Whether it can be pushed."""
     return getattr(obstacle, "mass", None) is not None
+
+
+def ground_friction(disc: Circle) -> float:
+    """Coulomb coefficient between a disc that can be pushed and the ground."""
+    of_ground = GROUND_FRICTION if disc.stiffness is None else 0.0
+    return of_ground if disc.ground_friction is None else disc.ground_friction
 
 
 def placed(obstacles: Sequence[Any], position: NDArray[np.float64]) -> list[Any]:

@@ -14,6 +14,7 @@ from snake_env.obstacles import Box, Circle, Polygon, Segment, is_movable
 
 PUSHED = Circle(0.08, -0.2, 0.02, mass=0.5, ground_friction=0.3)
 FAR = Circle(0.05, 0.0, 5.0, mass=0.2)
+YIELDS = Circle(0.08, -0.2, 0.02, mass=0.5, stiffness=200.0, damping=3.0, travel=0.03)
 HEAP = Scene(obstacles=[(0.1, 0.4, 0.6), PUSHED, Segment((-3.0, -2.0), (3.0, -2.0)), FAR], friction=(0.1, 0.6))
 """What the head of a robot that moves towards -x meets, among fixed obstacles."""
 ALONE = Scene(obstacles=[PUSHED])
@@ -63,6 +64,10 @@ def test_scenes_with_discs_survive_files_and_know_where_they_are(tmp_path):
         (lambda: Circle(0.1, 0.0, 0.0, mass=-1.0), "obstacle.mass"),
         (lambda: Circle(0.1, 0.0, 0.0, mass=1.0, ground_friction=-0.1), "obstacle.ground_friction"),
         (lambda: Circle(0.1, 0.0, 0.0, mass=1.0, friction=0.3), "obstacle.friction"),
+        (lambda: Circle(0.1, 0.0, 0.0, mass=1.0, stiffness=-1.0), "obstacle.stiffness"),
+        (lambda: Circle(0.1, 0.0, 0.0, stiffness=1.0), "obstacle.stiffness"),
+        (lambda: Circle(0.1, 0.0, 0.0, mass=1.0, stiffness=1.0, damping=-1.0), "obstacle.damping"),
+        (lambda: Circle(0.1, 0.0, 0.0, mass=1.0, stiffness=1.0, travel=0.0), "obstacle.travel"),
         (lambda: Box((0.1, 0.1), 0.0, 0.0, mass=1.0), "obstacle.mass"),
         (lambda: Polygon([(0, 0), (1, 0), (0, 1)], mass=1.0), "obstacle.mass"),
         (lambda: snake_env.simulate("spatial", scene=HEAP), "scene.obstacles[1].mass"),
@@ -132,6 +137,61 @@ def test_robots_of_a_batch_have_discs_of_their_own():
             row = together.robot(i)
             np.testing.assert_array_equal(alone.state().robot(0).link_position, row.link_position)
             np.testing.assert_array_equal(alone.state().robot(0).obstacle_position, row.obstacle_position)
+
+
+def test_a_peg_that_yields_survives_files_and_gives_way_up_to_its_stop(tmp_path):
+    scene = Scene(obstacles=[YIELDS, (0.1, 0.4, 0.6)], friction=(0.1, 0.6))
+    scene.save(tmp_path / "yields.json")
+    assert Scene.load(tmp_path / "yields.json") == scene
+    run = snake_env.simulate(scene=scene, start=AHEAD, duration=3.0, sample=0.05, record=["obstacles"])
+    assert load_trajectory(run.save(tmp_path / "run.npz")).scene == scene
+    way = np.linalg.norm(run.obstacle_position[:, 0] - [YIELDS.x, YIELDS.y], axis=1)
+    assert 0.02 < way.max() < YIELDS.travel + 1e-4
+    assert np.linalg.norm(run.obstacle_force[:, 0], axis=1).max() > 5.0
+    assert run.max_penetration < 1e-3
+    with pytest.raises(ConfigError, match="circle"):
+        Circle(0.1, 0.0, 0.0, mass=1.0, travel=0.1)
+    with closing(SnakeEnv(scene=scene, start=AHEAD, start_jitter=0.0, render_mode="rgb_array")) as env:
+        env.reset(seed=0)
+        first = env.render()
+        for _ in range(30):
+            env.step(np.zeros(env.action_space.shape))
+        assert (env.render() != first).any()
+        saved, place = env.get_state(), env.state().obstacle_position
+        env.reset(seed=1)
+        env.set_state(saved)
+        np.testing.assert_array_equal(env.state().obstacle_position, place)
+
+
+def test_a_peg_yields_under_its_weight_as_in_mujoco():
+    """Down a slope: one swings about its rest, one with friction stops before it, one meets its stop."""
+    mujoco = pytest.importorskip("mujoco")
+    robot = Robot(links=2)
+    away = Start(position=(0.0, -4.0), posture="straight")
+    free = Circle(0.08, 0.3, 0.0, mass=1.0, stiffness=60.0, damping=3.0)
+    rough = Circle(0.08, 0.3, 1.0, mass=1.0, ground_friction=0.1, stiffness=60.0)
+    stopped = Circle(0.08, 0.0, 2.0, mass=1.0, stiffness=60.0, damping=3.0, travel=0.02)
+    scene = Scene(obstacles=[free, rough, stopped], friction=(0.9, 0.9), slope=(0.3, np.pi))
+    model = mujoco.MjModel.from_xml_string(scene.to_mjcf(robot=robot, start=away, step=1e-4))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    ours = snake_env.simulate(scene=scene, robot=robot, start=away, duration=3.0, sample=0.1)
+    theirs = [[[one.x, one.y] for one in scene.obstacles]]
+    for _ in range(30):
+        for _ in range(1000):
+            mujoco.mj_step(model, data)
+        theirs.append([data.body(f"obstacle_{j}").xpos[:2].copy() for j in (1, 2, 3)])
+    way = ours.obstacle_position[..., 0] - [one.x for one in scene.obstacles]
+    rest = 9.81 * np.sin(0.3) / 60.0
+    assert way[:, 0].max() > 1.3 * rest
+    assert way[-1, 0] == pytest.approx(rest, abs=1e-3)
+    # Friction of the ground holds it within the deflection that it balances.
+    assert abs(way[-1, 1] - rest) < 0.1 * 9.81 * np.cos(0.3) / 60.0
+    assert abs(way[-1, 1] - way[-2, 1]) < 1e-9
+    assert way[-1, 2] == pytest.approx(0.02, abs=1e-6)
+    np.testing.assert_allclose(ours.obstacle_position[:, [0, 2]], np.array(theirs)[:, [0, 2]], atol=5e-4)
+    # MuJoCo's friction gives way before it holds.
+    np.testing.assert_allclose(ours.obstacle_position[:, 1], np.array(theirs)[:, 1], atol=3e-3)
 
 
 def test_a_disc_that_slides_into_another_moves_as_in_mujoco():

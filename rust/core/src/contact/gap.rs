@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::obstacles::{CentreLine, ConvexPolygon, ObstacleGrid, Peg};
+use crate::obstacles::{CentreLine, ConvexPolygon, Movable, ObstacleGrid, Peg};
 use crate::robot::Link;
 
 /// Gap and force direction of one link-obstacle pair.
@@ -97,6 +97,18 @@ fn link_wall_contact(
     }
 }
 
+/// The contact of a disc with its stop: its centre lies within a circle around its start.
+fn stop_contact(pose: &Vector3<f64>, movable: &Movable) -> LinkContact {
+    let deflection = movable.deflection(&pose.xy());
+    let inward = -deflection.try_normalize(0.0).unwrap_or(Vector2::x());
+    LinkContact {
+        gap: movable.travel() - deflection.norm(),
+        direction: Vector3::new(inward.x, inward.y, 0.0),
+        along: 0.0,
+        is_redundant: false,
+    }
+}
+
 /// Gap between `link` and the walls in its reach \[m\]; infinite where there are none.
 pub fn wall_gap(pose: &Vector3<f64>, link: &Link, obstacles: &ObstacleGrid) -> f64 {
     let (sin, cos) = pose.z.sin_cos();
@@ -120,9 +132,10 @@ pub fn link_obstacle_contact(
     obstacles: &ObstacleGrid,
     (obstacle, feature): (usize, usize),
 ) -> LinkContact {
-    match obstacles.pegs().get(obstacle) {
-        Some(peg) => link_peg_contact(pose, cos, sin, link, peg),
-        None => link_wall_contact(pose, cos, sin, link, obstacles.polygon(obstacle), feature),
+    match (obstacles.pegs().get(obstacle), obstacles.stop(obstacle)) {
+        (Some(peg), _) => link_peg_contact(pose, cos, sin, link, peg),
+        (None, Some(movable)) => stop_contact(pose, movable),
+        (None, None) => link_wall_contact(pose, cos, sin, link, obstacles.polygon(obstacle), feature),
     }
 }
 

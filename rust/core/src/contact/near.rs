@@ -114,10 +114,13 @@ impl NearObstacles {
         (self.visited_margin, self.travelled, self.horizon) = (*visited_margin, *travelled, *horizon);
     }
 
-    /// Whether all pairs are of a robot of `links` links among these obstacles, in order.
+    /// Whether all pairs are of `links` links and discs that they can push, these obstacles, in order.
     pub fn fits(&self, links: usize, obstacles: &ObstacleGrid) -> bool {
         let fits = |pair: &NearPair| {
-            pair.link < links && pair.obstacle < obstacles.len() && pair.feature < obstacles.features(pair.obstacle)
+            let has_feature = pair.feature < obstacles.features(pair.obstacle);
+            let is_pair =
+                pair.obstacle < obstacles.len() || stop_of(pair.link, links, obstacles) == Some(pair.obstacle);
+            pair.link < links && is_pair && has_feature
         };
         self.pairs.iter().all(fits) && self.pairs.is_sorted_by_key(|pair| pair.link)
     }
@@ -202,6 +205,7 @@ impl NearObstacles {
     ) {
         std::mem::swap(&mut self.pairs, &mut self.previous);
         self.clear();
+        let nodes = links.clone().into_iter().count();
         for (i, (pose, link)) in poses.clone().zip(links.clone()).enumerate() {
             let (sin, cos) = Real::sin_cos(pose.z);
             obstacles.near(pose.x, pose.y, link.reach() + margin + SKIN).for_each(|peg| {
@@ -220,6 +224,11 @@ impl NearObstacles {
                     }
                 }
             }
+            if let Some(stop) = stop_of(i, nodes, obstacles) {
+                let gap = link_obstacle_contact(&pose, cos, sin, link, obstacles, (stop, 0)).gap;
+                // Where the list has pairs, it is not valid up to the nearest peg.
+                self.pairs.push(NearPair::open(i, (stop, 0), gap - displacement));
+            }
         }
         let listed = if self.pairs.is_empty() { clear_way(poses, links, obstacles) } else { 0.0 };
         self.horizon = listed.max(margin + SKIN) - displacement;
@@ -237,6 +246,12 @@ impl NearObstacles {
             }
         }
     }
+}
+
+/// The number of the stop of a disc, which is among `nodes` links and discs; none of a link or without a stop.
+fn stop_of(node: usize, nodes: usize, obstacles: &ObstacleGrid) -> Option<usize> {
+    let disc = node.checked_sub(nodes - obstacles.movables().len())?;
+    obstacles.movables().get(disc)?.travel().is_finite().then_some(obstacles.len() + disc)
 }
 
 /// A distance that every point of a robot may move without touching an obstacle, not necessarily the largest; zero unless all

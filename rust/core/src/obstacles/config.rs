@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, coordinate, length, non_negative, positive, require};
 
-use super::{Body, ConvexPolygon, Cylinder, GroundFriction, HeightField, Movable, Polyhedron, outline};
+use super::{Body, ConvexPolygon, Cylinder, GroundFriction, HeightField, Movable, Polyhedron, Spring, outline};
 
 /// A circular obstacle; configured as the triple `[radius, x, y]` of the thesis's tables.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -90,6 +90,8 @@ pub struct Obstacle {
     pub mass: Option<f64>,
     /// Coulomb coefficient between the ground and an obstacle that is not fixed.
     pub ground_friction: f64,
+    /// `None` for an obstacle that nothing holds where it starts.
+    pub spring: Option<Spring>,
     /// Height of its top face above the ground, `None` for an obstacle without end; the spatial model only \[m\].
     pub height: Option<f64>,
 }
@@ -113,6 +115,7 @@ pub struct SavedObstacle {
     friction: f64,
     mass: Option<f64>,
     ground_friction: f64,
+    spring: Option<Spring>,
     height: Option<f64>,
 }
 
@@ -125,21 +128,21 @@ impl SavedObstacle {
 
 impl From<&Obstacle> for SavedObstacle {
     fn from(obstacle: &Obstacle) -> Self {
-        let Obstacle { shape, friction, mass, ground_friction, height } = obstacle.clone();
-        Self { shape, friction, mass, ground_friction, height }
+        let Obstacle { shape, friction, mass, ground_friction, spring, height } = obstacle.clone();
+        Self { shape, friction, mass, ground_friction, spring, height }
     }
 }
 
 impl From<SavedObstacle> for Obstacle {
-    fn from(SavedObstacle { shape, friction, mass, ground_friction, height }: SavedObstacle) -> Self {
-        Self { shape, friction, mass, ground_friction, height }
+    fn from(SavedObstacle { shape, friction, mass, ground_friction, spring, height }: SavedObstacle) -> Self {
+        Self { shape, friction, mass, ground_friction, spring, height }
     }
 }
 
 impl Obstacle {
     /// Fixed, without friction and without end.
     pub fn endless(shape: Shape) -> Self {
-        Self { shape, friction: 0.0, mass: None, ground_friction: GROUND_FRICTION, height: None }
+        Self { shape, friction: 0.0, mass: None, ground_friction: GROUND_FRICTION, spring: None, height: None }
     }
 
     /// Whether it is a vertical body of another outline than a circle.
@@ -150,7 +153,7 @@ impl Obstacle {
     /// What can be pushed; `None` of an obstacle that is fixed.
     pub fn movable(&self) -> Option<Movable> {
         let (mass, Shape::Circle(peg)) = (self.mass?, &self.shape) else { return None };
-        Some(Movable::disc(*peg, mass, self.ground_friction))
+        Some(Movable::disc(*peg, mass, self.ground_friction, self.spring))
     }
 
     /// Whether it is a circle without friction and without end, like the obstacles of the thesis.
@@ -169,6 +172,11 @@ impl Obstacle {
             require(is_disc, "mass", mass, "None: only circles can be pushed, other obstacles are fixed")?;
             let smooth = "0 with a mass: links slide along what they push without friction";
             require(self.friction == 0.0, "friction", self.friction, smooth)?;
+        }
+        if let Some(spring) = &self.spring {
+            spring.validate()?;
+            let expected = "None without a mass";
+            require(self.mass.is_some(), "stiffness", spring.stiffness, expected)?;
         }
         if let Some(height) = self.height {
             length("height", height)?;

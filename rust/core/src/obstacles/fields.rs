@@ -8,7 +8,7 @@ use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::config::GROUND_FRICTION;
-use super::{GroundFriction, Heights, Obstacle, Peg, Shape};
+use super::{GroundFriction, Heights, Obstacle, Peg, Shape, Spring};
 
 /// The fields of an obstacle in a mapping: which of them it takes depends on its shape.
 #[derive(Serialize, Deserialize, Default)]
@@ -43,6 +43,12 @@ struct ObstacleFields {
     mass: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     ground_friction: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stiffness: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    damping: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    travel: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     height: Option<NumberOrGrid>,
 }
@@ -94,7 +100,7 @@ impl ShapeName {
     /// In messages, with its fields: those it needs, and those that may be left out.
     fn fields(self) -> (&'static str, &'static [&'static str], &'static [&'static str]) {
         match self {
-            ShapeName::Circle => ("circle", &["radius", "x", "y"], &["ground_friction"]),
+            ShapeName::Circle => ("circle", &["radius", "x", "y"], &DISC),
             ShapeName::Segment => ("segment", &["start", "end"], &[]),
             ShapeName::Box => ("box", &["size", "x", "y"], &["angle"]),
             ShapeName::Polygon => ("polygon", &["vertices"], &[]),
@@ -105,9 +111,12 @@ impl ShapeName {
     }
 }
 
+/// What a disc that can be pushed may have.
+const DISC: [&str; 4] = ["ground_friction", "stiffness", "damping", "travel"];
+
 impl ObstacleFields {
     /// Field by name, and whether it has a value.
-    fn given(&self) -> [(&'static str, bool); 12] {
+    fn given(&self) -> [(&'static str, bool); 15] {
         [
             ("radius", self.radius.is_some()),
             ("start", self.start.is_some()),
@@ -121,6 +130,9 @@ impl ObstacleFields {
             ("origin", self.origin.is_some()),
             ("inside", self.inside.is_some()),
             ("ground_friction", self.ground_friction.is_some()),
+            ("stiffness", self.stiffness.is_some()),
+            ("damping", self.damping.is_some()),
+            ("travel", self.travel.is_some()),
         ]
     }
 
@@ -167,8 +179,13 @@ impl ObstacleFields {
         };
         let (friction, height) = (number(friction)?.unwrap_or(0.0), number(height)?);
         let is_vertical = !matches!(shape, Shape::Polyhedron { .. } | Shape::Cylinder { .. });
-        let ground_friction = self.ground_friction.unwrap_or(GROUND_FRICTION);
-        (is_vertical || height.is_none()).then_some(Obstacle { shape, friction, mass, ground_friction, height })
+        let spring = match self.stiffness {
+            Some(stiffness) => Some(Spring { stiffness, damping: self.damping.unwrap_or(0.0), travel: self.travel }),
+            None if self.damping.is_none() && self.travel.is_none() => None,
+            None => return None,
+        };
+        let ground_friction = self.ground_friction.unwrap_or(if spring.is_some() { 0.0 } else { GROUND_FRICTION });
+        (is_vertical || height.is_none()).then_some(Obstacle { shape, friction, mass, ground_friction, spring, height })
     }
 }
 
@@ -185,12 +202,15 @@ impl From<&Obstacle> for ObstacleFields {
     fn from(obstacle: &Obstacle) -> Self {
         let Obstacle { friction, mass, height, .. } = *obstacle;
         let number = |value: f64| Some(NumberOrGrid::Number(value));
+        let spring = obstacle.spring;
         let common = Self { friction: number(friction), mass, height: height.and_then(number), ..Self::default() };
         match &obstacle.shape {
             Shape::Circle(Peg { radius, x, y }) => {
                 let ground_friction = mass.map(|_| obstacle.ground_friction);
                 let (radius, x, y) = (Some(*radius), Some(*x), Some(*y));
-                Self { shape: ShapeName::Circle, radius, x, y, ground_friction, ..common }
+                let (stiffness, damping) = (spring.map(|one| one.stiffness), spring.map(|one| one.damping));
+                let travel = spring.and_then(|one| one.travel);
+                Self { shape: ShapeName::Circle, radius, x, y, ground_friction, stiffness, damping, travel, ..common }
             }
             Shape::Segment { start, end } => Self {
                 shape: ShapeName::Segment,

@@ -23,6 +23,8 @@ pub struct ObstacleGrid {
     walls: WallGrid,
     bodies: Vec<(Rectangle, Body)>,
     movables: Vec<Movable>,
+    /// Whether some of them have a stop.
+    has_stops: bool,
     /// Coulomb coefficients of the obstacles; empty where all are without friction.
     friction: Vec<f64>,
     /// Heights of the obstacles, infinite without end \[m\]; empty where all are without end.
@@ -56,6 +58,7 @@ impl ObstacleGrid {
         };
         let mut grid = Self::new(&circles.iter().filter_map(peg).collect::<Vec<_>>());
         grid.movables = obstacles.iter().filter_map(Obstacle::movable).collect();
+        grid.has_stops = grid.movables.iter().any(|movable| movable.travel().is_finite());
         grid.walls = WallGrid::new(walls.iter().filter_map(|(_, obstacle)| obstacle.shape.polygon()));
         let body = |(_, obstacle): &(usize, &Obstacle)| obstacle.shape.body().expect("a valid obstacle");
         grid.bodies = bodies.iter().filter_map(body).map(|body| (body.rectangle(), body)).collect();
@@ -141,6 +144,16 @@ impl ObstacleGrid {
         self.len() == 0
     }
 
+    /// Whether nothing bounds the motion of links and of what they push, fixed obstacles or stops.
+    pub fn is_unbounded(&self) -> bool {
+        self.is_empty() && !self.has_stops
+    }
+
+    /// The disc whose stop has this number; stops are numbered behind the obstacles that are fixed.
+    pub fn stop(&self, obstacle: usize) -> Option<&Movable> {
+        self.movables.get(obstacle.checked_sub(self.len())?)
+    }
+
     /// The polygon of an obstacle that is not a peg.
     pub fn polygon(&self, obstacle: usize) -> &ConvexPolygon {
         &self.walls.walls()[obstacle - self.pegs.len()].polygon
@@ -148,7 +161,7 @@ impl ObstacleGrid {
 
     /// Number of features that describe a link and the side of an obstacle.
     pub fn features(&self, obstacle: usize) -> usize {
-        if obstacle < self.pegs.len() { 1 } else { self.polygon(obstacle).features() }
+        if obstacle < self.pegs.len() || obstacle >= self.len() { 1 } else { self.polygon(obstacle).features() }
     }
 
     /// Coulomb coefficient of an obstacle.
@@ -255,6 +268,7 @@ impl ObstacleGrid {
     /// Replaces all obstacles by pegs without friction.
     pub fn rebuild(&mut self, pegs: &[Peg]) {
         self.movables.clear();
+        self.has_stops = false;
         if self.len() > self.pegs.len() {
             self.walls = WallGrid::default();
             self.bodies.clear();

@@ -24,7 +24,7 @@ pub use config::{Heights, Obstacle, Peg, SavedObstacle, Shape};
 pub use cylinder::Cylinder;
 pub use grid::ObstacleGrid;
 pub use height_field::{GroundFriction, HeightField};
-pub use movable::{Movable, Nodes};
+pub use movable::{Movable, Nodes, Spring};
 pub use patches::{Patch, Patches};
 pub use polygon::{CentreLine, ConvexPolygon, Separation};
 pub use polyhedron::Polyhedron;

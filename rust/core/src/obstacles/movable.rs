@@ -3,9 +3,34 @@
 use std::iter::{Chain, Map};
 use std::slice::Iter;
 
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ConfigError, non_negative, positive};
 use crate::robot::Link;
 
 use super::Peg;
+
+/// What holds a disc at the place where it starts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Spring {
+    /// \[N/m\]
+    pub stiffness: f64,
+    /// \[N s/m\]
+    pub damping: f64,
+    /// How far the disc gives way, `None` without a stop \[m\].
+    pub travel: Option<f64>,
+}
+
+impl Spring {
+    /// # Errors
+    /// Names the field that is not admissible.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        non_negative("stiffness", self.stiffness)?;
+        non_negative("damping", self.damping)?;
+        self.travel.map_or(Ok(0.0), |travel| positive("travel", travel)).map(|_| ())
+    }
+}
 
 /// A disc that lies on the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,11 +41,12 @@ pub struct Movable {
     pub start: [f64; 2],
     /// Coulomb coefficient of the ground.
     pub ground_friction: f64,
+    pub spring: Option<Spring>,
 }
 
 impl Movable {
     /// A homogeneous disc.
-    pub fn disc(Peg { radius, x, y }: Peg, mass: f64, ground_friction: f64) -> Self {
+    pub fn disc(Peg { radius, x, y }: Peg, mass: f64, ground_friction: f64, spring: Option<Spring>) -> Self {
         let inertia = 0.5 * mass * radius * radius;
         let link = Link {
             length: 2.0 * radius,
@@ -31,7 +57,22 @@ impl Movable {
             inertia,
             roll_inertia: inertia,
         };
-        Self { link, start: [x, y], ground_friction }
+        Self { link, start: [x, y], ground_friction, spring }
+    }
+
+    /// How far it may be from its start; infinitely far without a stop \[m\].
+    pub fn travel(&self) -> f64 {
+        self.spring.and_then(|spring| spring.travel).unwrap_or(f64::INFINITY)
+    }
+
+    /// From its start to a place \[m\].
+    pub fn deflection(&self, place: &Vector2<f64>) -> Vector2<f64> {
+        place - Vector2::from(self.start)
+    }
+
+    /// Energy of the spring at a place \[J\].
+    pub fn spring_energy(&self, place: &Vector2<f64>) -> f64 {
+        self.spring.map_or(0.0, |spring| 0.5 * spring.stiffness * self.deflection(place).norm_squared())
     }
 
     /// Lever at which the ground's friction resists spin: the mean distance from the centre of a disc that presses on the

@@ -19,7 +19,7 @@ impl<T: Real> Workspace<T> {
         let has_obstacles = self.has_obstacles;
         for lane in active(pending).filter(|_| has_obstacles) {
             let body = members.body_mut(lane);
-            if body.obstacles.is_empty() {
+            if body.obstacles.is_unbounded() {
                 continue;
             }
             let Self { contacts, motion, stage, .. } = self;

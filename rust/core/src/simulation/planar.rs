@@ -1,3 +1,5 @@
+use std::ops::Add;
+
 use crate::capabilities::ModelName;
 use crate::contact::{PlacedLink, gap, link_pair_gap, self_gap, wall_gap};
 use crate::control::ControllerConfig;
@@ -65,17 +67,20 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
         self.body.obstacles.movables().iter().zip(&self.body.state.movables)
     }
 
-    /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
+    /// Kinetic and potential energy, the latter zero with every CG at the height of the origin and springs slack \[J\].
     pub fn energy(&self) -> f64 {
         let pull = self.system.pull();
         let links = self.system.robot.links.iter().zip(&self.body.state.pose);
         let work = links.map(|(link, pose)| link.mass * pull.dot(&pose.xy())).sum::<f64>();
-        let moved = self.movables().map(|(movable, moved)| movable.link.mass * pull.dot(&moved.pose.xy()));
-        self.kinetic_energy() - self.body.parameters.mass * work - moved.fold(0.0, |sum, one| sum + one)
+        let potential = |(movable, moved): (&Movable, &Moved)| {
+            let place = moved.pose.xy();
+            movable.spring_energy(&place) - movable.link.mass * pull.dot(&place)
+        };
+        self.kinetic_energy() - self.body.parameters.mass * work + self.movables().map(potential).fold(0.0, f64::add)
     }
 
-    /// Smallest gap now of a link to an obstacle, or of an obstacle that can be pushed to another \[m\]; infinite without
-    /// obstacles nearby.
+    /// Smallest gap now of a link to an obstacle, or of an obstacle that can be pushed to another or to its stop \[m\];
+    /// infinite without obstacles nearby.
     pub fn min_gap(&self) -> f64 {
         let Body { state, obstacles, .. } = &self.body;
         let mut smallest = f64::INFINITY;
@@ -95,6 +100,7 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
                 smallest = smallest.min(gap(&moved.pose, &movable.link, &obstacles.pegs()[peg]));
             });
             smallest = smallest.min(wall_gap(&moved.pose, &movable.link, obstacles));
+            smallest = smallest.min(movable.travel() - movable.deflection(&moved.pose.xy()).norm());
         }
         visit_movable_pairs(
             nodes,

@@ -121,6 +121,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
     fn evaluate(&mut self, lanes: T::Mask) {
         self.result.stage_energy = work_of(&self.stage, &self.solution);
+        if self.has_springs {
+            self.result.stage_energy.friction += self.work_of_dampers();
+        }
         self.store_forces(lanes);
         self.measure_deviation();
     }
@@ -213,6 +216,9 @@ impl<T: Real> Workspace<T> {
                 link.friction.x = link.friction.x * share;
                 link.friction.y = link.friction.y * share;
             }
+        }
+        if self.has_springs {
+            self.add_springs();
         }
         self.stage.spins.clear();
         for link in self.constants.iter().take(self.spin_torque.len()) {

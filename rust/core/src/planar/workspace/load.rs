@@ -7,6 +7,7 @@ use crate::planar::{Body, Moved, Planar, PlanarSystem, Pose, Twist};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, mask};
 use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput};
 
+use super::springs::StageSpring;
 use super::{LinkConstants, Workspace};
 
 impl<T: Real> StageInput<T> for Workspace<T> {
@@ -33,7 +34,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.shares.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         self.motors.load(|lane| (parameters(lane).torque_limit, &members.body(lane).warm_start.gear_friction));
-        self.has_obstacles = members.any(|body| !body.obstacles.is_empty());
+        self.has_obstacles = members.any(|body| !body.obstacles.is_unbounded());
         self.near_obstacles =
             std::array::from_fn(|lane| lane < T::LANES && !members.body(lane).warm_start.near.pairs().is_empty());
         self.among_obstacles = mask::<T>(std::array::from_fn(|lane| self.near_obstacles[lane] || own[lane] > 0));
@@ -122,6 +123,8 @@ impl<T: Real> Workspace<T> {
     fn load_movables<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
         let (system, first) = (members.system, members.system.robot.link_count());
         let absent = (LinkConstants::of(system, &system.robot.links[0]), Pose::zeros(), Twist::zeros());
+        let holds = |body: &Body| body.obstacles.movables().iter().any(|movable| movable.spring.is_some());
+        self.has_springs = members.any(holds);
         for lane in 0..T::LANES {
             let body = members.body(lane);
             for k in 0..self.movables {
@@ -130,6 +133,7 @@ impl<T: Real> Workspace<T> {
                     (LinkConstants::of_movable(system, movable), *pose, *twist)
                 });
                 self.constants[first + k].set_lane(lane, &constants);
+                self.springs[k].set_lane(lane, &own.map_or(StageSpring::NONE, |(movable, _)| StageSpring::of(movable)));
                 self.motion.start_pose[first + k].set_lane(lane, &pose);
                 self.motion.start_twist[first + k].set_lane(lane, &twist);
             }

@@ -6,6 +6,7 @@ mod load;
 mod motion;
 mod motion_bound;
 mod results;
+mod springs;
 
 use nalgebra::{Vector2, Vector3};
 
@@ -23,6 +24,7 @@ use super::self_contact::SelfContactDetection;
 
 use drives::Drives;
 pub use motion::{Motion, StageKinematics};
+use springs::StageSpring;
 
 /// Data of the current stage, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
@@ -33,6 +35,9 @@ pub struct Workspace<T: Real> {
     /// Obstacles that can be pushed, behind the links of the robot in all that has an entry for each: as many as the robot of
     /// any lane has had. A lane with fewer has some that rest far from everything.
     pub movables: usize,
+    /// What holds them, and whether anything holds any.
+    springs: Vec<StageSpring<T>>,
+    has_springs: bool,
     /// Whether the ground resists the spin of links too.
     resists_spin: bool,
     /// Of the lanes' own robots.
@@ -142,6 +147,8 @@ impl<T: Real> Workspace<T> {
             constants: (0..nodes).map(constants).collect(),
             is_varied: false,
             movables,
+            springs: vec![StageSpring::none(); movables],
+            has_springs: false,
             resists_spin,
             own_movables: [0; MAX_LANES],
             pull: system.pull().map(T::splat),

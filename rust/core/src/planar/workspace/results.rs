@@ -102,7 +102,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.motors.save(lane, &mut body.warm_start.gear_friction);
         body.is_plausible &= self.result.plausible.lane(lane);
         // Without obstacles in the register the motion is not bounded.
-        if !body.obstacles.is_empty() {
+        if !body.obstacles.is_unbounded() {
             let [displacement, error] =
                 [self.motion.bound.displacement, self.result.misprediction].map(|b| b.lane(lane));
             body.warm_start.near.arrive(displacement, error);
