@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env._native import simulate
-from snake_env.config.robot import LOCK_STIFFNESS, per_link
+from snake_env.config.robot import LOCK_STIFFNESS, per_axis, per_link
 from snake_env.errors import ConfigError
 from snake_env.obstacles import (
     Circle,
@@ -72,8 +72,8 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
     world = _add(root, "worldbody")
     _add(world, "light", pos=(0.0, 0.0, 4.0))
     ground = {"condim": 3, "friction": (scene.friction[0], 0.0, 0.0), **_solid(step)}
-    if scene.friction[0] != scene.friction[1]:
-        _add_orthotropic_pairs(root, scene, robot.links, step)
+    if _has_own_pairs(scene, robot):
+        _add_ground_pairs(root, scene, robot, step)
     _add(world, "geom", name="ground", type="plane", size=(0.0, 0.0, 1.0), **ground)
     for j, obstacle in enumerate(scene.obstacles, start=1):
         name = f"obstacle_{j}"
@@ -102,10 +102,11 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
         if is_movable(obstacle):
             lying += _add_disc(root, obstacle, j, robot, step)
     actuators, references = _add(root, "actuator"), []
-    for (joint, axis), angle in zip(robot.joint_axes, angles, strict=True):
+    servos = _servos(controller, robot)
+    for (joint, axis), angle, servo in zip(robot.joint_axes, angles, servos, strict=True):
         if joint not in (*robot.locked, *robot.limp):
             name = _hinge(joint, axis)["name"]
-            _add(actuators, "position", name=name, joint=name, **_servo(controller, robot))
+            _add(actuators, "position", name=name, joint=name, **servo)
             references.append(angle)
     key = _add(_add(root, "keyframe"), "key", name="start", qpos=(*place, *orientation, *angles, *lying))
     key.set("ctrl", _text(tuple(references)))
@@ -120,9 +121,9 @@ def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
         or (isinstance(obstacle, HeightField) and obstacle.friction is None)
         for obstacle in scene.obstacles
     )
-    if has_ground and scene.friction[0] != scene.friction[1]:
+    if has_ground and _has_own_pairs(scene, robot):
         equal = "equal coefficients where top faces or height fields have the friction of the ground, for MuJoCo"
-        raise ConfigError("scene.friction", scene.friction, equal)
+        raise ConfigError("scene.friction", scene.friction, f"{equal}; and robot.friction_factor=1")
     for j, obstacle in enumerate(scene.obstacles):
         _require_geom(obstacle, f"scene.obstacles[{j}]")
     if scene.friction_backward not in (None, scene.friction[0]):
@@ -139,7 +140,7 @@ def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
         # At the call of Scene.to_mjcf.
         warnings.warn("left out: the torque-speed line of robot.motor", UserWarning, stacklevel=4)
     for field, value, expected in (
-        ("robot.backlash", robot.backlash, 0.0),
+        ("robot.backlash", max(per_axis(robot.backlash, robot)), 0.0),
         ("controller.active_from", controller.active_from, 0.0),
         ("controller.treatment", controller.treatment, "implicit"),
     ):
@@ -175,11 +176,16 @@ def _solref(step: float) -> tuple[float, float]:
     return CONTACT_STEPS * step, 1.0
 
 
-def _add_orthotropic_pairs(root: Element, scene: Scene, links: int, step: float) -> None:
+def _has_own_pairs(scene: Scene, robot: Robot) -> bool:
+    """Whether friction of the ground depends on direction or link."""
+    return scene.friction[0] != scene.friction[1] or robot.friction_factor != 1.0
+
+
+def _add_ground_pairs(root: Element, scene: Scene, robot: Robot, step: float) -> None:
     """Contacts of the ground with each link, with friction along and across it."""
     contacts = _add(root, "contact")
-    for i in range(1, links + 1):
-        friction = (*scene.friction, 0.0, 0.0, 0.0)
+    for i, factor in enumerate(per_link(robot.friction_factor, robot.links), start=1):
+        friction = (*(factor * mu for mu in scene.friction), 0.0, 0.0, 0.0)
         _add(contacts, "pair", geom1="ground", geom2=f"link_{i}", condim=3, friction=friction, solref=_solref(step))
 
 
@@ -332,11 +338,17 @@ def _hinge(joint: int, axis: Any) -> dict[str, Any]:
     return {"name": f"axis_{joint + 1}", "axis": (axis[2], axis[0], axis[1])}
 
 
-def _servo(controller: PD, robot: Robot) -> dict[str, Any]:
+def _servos(controller: PD, robot: Robot) -> Iterator[dict[str, Any]]:
+    """Of each axis: its own gains and limit, or the controller's."""
     stall = math.inf if robot.motor is None else robot.motor.stall_torque
-    limit = min(stall, math.inf if controller.torque_limit is None else controller.torque_limit)
-    bounds = {} if math.isinf(limit) else {"forcerange": (-limit, limit), "forcelimited": "true"}
-    return {"kp": controller.kp, "kv": controller.kd, **bounds}
+    unlimited = math.inf if controller.torque_limit is None else controller.torque_limit
+    shared = {"kp": controller.kp, "kd": controller.kd, "torque_limit": unlimited}
+    own = {name: getattr(robot, name) for name in shared}
+    columns = [per_axis(shared[name] if value is None else value, robot) for name, value in own.items()]
+    for kp, kd, own_limit in zip(*columns, strict=True):
+        limit = min(stall, own_limit)
+        bounds = {} if math.isinf(limit) else {"forcerange": (-limit, limit), "forcelimited": "true"}
+        yield {"kp": kp, "kv": kd, **bounds}
 
 
 def _pose(

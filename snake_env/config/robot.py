@@ -15,6 +15,7 @@ from snake_env.config.motor import Motor
 from snake_env.config.section import DEGREE, Section, core_defaults, deprecated_alias
 
 PerLink = float | Sequence[float]
+PerAxis = float | Sequence[float | Sequence[float]]
 AxisName = Literal["both", "yaw", "pitch", "roll"]
 
 _AIKO = core_defaults("robot")
@@ -28,8 +29,9 @@ LOCK_STIFFNESS = 1e9
 class Robot(Section):
     """A chain of rigid links; the default is Aiko (T Table 7.1).
 
-    Every quantity except ``links``, ``gravity``, ``backlash``, ``self_contact``, ``joint_limit``, ``axes``, ``motor``,
-    ``locked`` and ``limp`` is a number for all links or a sequence, one per link.
+    Lengths, masses, inertias and ``friction_factor`` are a number for all links or a sequence, one per link. Backlash,
+    gains and torque limit are a number for all joints or a sequence, one per joint. There a joint with both axes may
+    have (yaw, pitch).
 
     Args:
         links: number of links n >= 2.
@@ -59,13 +61,21 @@ class Robot(Section):
             more than across are moved by joint angles only. The planar and the minimal model take joints with yaw. With
             the method "implicit" only.
         backlash: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
-            to 5 degrees. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
+            to 5 degrees. Per joint. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
         motor: what drives every axis that is neither locked nor limp; None: whatever torque the controller asks for, at
             any rate. With the method "implicit" only, not in the minimal model.
         locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``. Springs of 1e9 N m/rad
             hold them, without play, torque limit or drift. With the method "implicit", set-valued friction and
             :class:`PD` only. In environments actions do not move them.
         limp: joints without an actuator, numbered likewise; the same holds.
+        kp: k_P of the joints [N m/rad], >= 0, in place of that of the controller; None: the controller's. This and the
+            next two need the method "implicit" and :class:`PD`, not in the minimal model. Environments whose actions
+            are torques take None.
+        kd: k_D likewise [N m s/rad], >= 0.
+        torque_limit: largest torque likewise [N m], > 0, ``inf`` for none.
+        friction_factor: per link, on the coefficients of the plane ground's friction along, across and against spin,
+            >= 0: a skin of its own. Rolling friction, patches and other bodies keep theirs. With the method "implicit"
+            and :class:`PD` only, not in the minimal model.
     """
 
     _section = "robot"
@@ -80,13 +90,17 @@ class Robot(Section):
     inertia: PerLink = _AIKO.inertia
     roll_inertia: PerLink = _AIKO.roll_inertia
     gravity: float = _AIKO.gravity
-    backlash: float = _AIKO.backlash
+    backlash: PerAxis = _AIKO.backlash
     self_contact: bool | None = _AIKO.self_contact
     joint_limit: float | Sequence[float | Sequence[float]] | None = _AIKO.joint_limit
     axes: AxisName | Sequence[AxisName | Sequence[float]] = _AIKO.axes
     motor: Motor | None = _AIKO.motor
     locked: Sequence[int] = _AIKO.locked
     limp: Sequence[int] = _AIKO.limp
+    kp: PerAxis | None = _AIKO.kp
+    kd: PerAxis | None = _AIKO.kd
+    torque_limit: PerAxis | None = _AIKO.torque_limit
+    friction_factor: PerLink = _AIKO.friction_factor
 
     @property
     def joint_axes(self) -> list[tuple[int, AxisName | tuple[float, ...]]]:
@@ -159,8 +173,9 @@ class Robot(Section):
         can collide. Joints that no actuator drives are limp, unless none is driven; those with springs of 1e9 N m/rad,
         as :meth:`Scene.to_mjcf` writes them, are locked.
 
-        Gains and torque limits belong to :class:`PD`, friction to :class:`Scene`; neither is read. Armature, friction
-        and damping that are the same at all driven joints are those of the ``motor``.
+        Gains of servos and torque limits that differ from joint to joint are read. Those that are the same at all
+        joints belong to :class:`PD`, friction to :class:`Scene`; neither is read. Armature, friction and damping that
+        are the same at all driven joints are those of the ``motor``.
 
         Args:
             path: of the file; what :meth:`Scene.to_mjcf` writes is one.
@@ -195,6 +210,14 @@ UNIT_AXES: dict[tuple[float, ...], AxisName] = {
     (0.0, 0.0, 1.0): "roll",
 }
 """Names of vectors of the link frame."""
+
+
+def per_axis(value: PerAxis, robot: Robot) -> list[float]:
+    """A quantity of each axis in :attr:`Robot.joint_axes`."""
+    joints: Any = [value] * (robot.links - 1) if isinstance(value, float | int) else value
+    second = {(joint, "pitch") for joint, axis in robot.joint_axes if axis == "yaw"}
+    pairs = ((joints[joint], (joint, axis) in second) for joint, axis in robot.joint_axes)
+    return [float(one[is_second] if isinstance(one, Sequence) else one) for one, is_second in pairs]
 
 
 def per_link(value: PerLink, links: int) -> NDArray[np.float64]:

@@ -105,6 +105,7 @@ class _Chain:
         self.takes_motor = not {"motor", "backlash"} & set(given)
         if self.takes_motor and any(self.passive.values()):
             found["motor"] = Motor(**self.passive)
+        found |= self._gains()
         if "gravity" not in given:
             found["gravity"] = 0.0 if self._is_off("GRAVITY") else float(np.linalg.norm(self.model.opt.gravity))
             if not found["gravity"]:
@@ -129,6 +130,31 @@ class _Chain:
             "gear_damping": damping * (not self._is_off("DAMPER")),
         }
         return {name: float(each[0]) for name, each in values.items() if each.size and np.ptp(each) == 0.0}
+
+    def _gains(self) -> dict[str, Any]:
+        """Gains of servos, one at every joint with a motor, and torque limits, where they differ between joints."""
+        model, library = self.model, self.library
+        servo = {int(model.actuator_trnid[k, 0]): k for k in np.flatnonzero(np.isin(model.actuator_trntype, JOINTS))}
+        limits = _largest(model.jnt_actfrclimited[self._driven], model.jnt_actfrcrange[self._driven])
+        columns = {}
+        if self._driven and len(servo) == model.nu and set(self._driven) <= set(servo):
+            chosen = [servo[hinge] for hinge in self._driven]
+            gain, bias = model.actuator_gainprm[chosen, 0], model.actuator_biasprm[chosen]
+            is_affine = model.actuator_biastype[chosen] == library.mjtBias.mjBIAS_AFFINE
+            if (is_affine & (bias[:, 1] == -gain) & (model.actuator_gear[chosen, 0] == 1.0)).all():
+                columns = {"kp": gain, "kd": -bias[:, 2]}
+                own = _largest(model.actuator_forcelimited[chosen], model.actuator_forcerange[chosen])
+                limits = np.minimum(limits, own)
+        if (limits > 0.0).all():
+            columns["torque_limit"] = limits
+        found = {}
+        for name, column in columns.items():
+            if len(set(column.tolist())) > 1:
+                of_hinge = dict(zip(self._driven, column.tolist(), strict=True))
+                unused = np.inf if name == "torque_limit" else 0.0
+                joints = [tuple(of_hinge.get(hinge, unused) for hinge in link.hinges) for link in self.links[1:]]
+                found[name] = tuple(joint[0] if len(set(joint)) == 1 else joint for joint in joints)
+        return found
 
     def _of_actuators(self, values: Array) -> Array:
         """What actuators add at the joints with a motor, times the squares of their gears."""
@@ -469,6 +495,11 @@ def _same(values: Any) -> Any:
     """One value in place of equal ones, if a field admits it for all links or joints, or a tuple of them."""
     first = values[0]
     return first if isinstance(first, str | float) and all(value == first for value in values) else tuple(values)
+
+
+def _largest(is_limited: Array, force: Array) -> Array:
+    """Largest forces to both sides."""
+    return np.where(is_limited, np.minimum(-force[:, 0], force[:, 1]), np.inf)
 
 
 def _named(vector: Array) -> Any:

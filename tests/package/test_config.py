@@ -42,7 +42,11 @@ SECTIONS = [
     ],
     (Robot, "contact_half_length", [-1e-9, NAN, [0.1] * 12, "x"]),
     (Robot, "cg_offset", [-0.061, 0.061, NAN, INF, [0.01] * 12, [0.07] * 11, "x", None]),
-    (Robot, "backlash", [-0.1, 2.0, NAN, "x", None, [0.0] * 10]),
+    (Robot, "backlash", [-0.1, 2.0, NAN, "x", None, [0.0] * 9, [[0.0] * 3] * 10]),
+    (Robot, "kp", [-0.1, NAN, INF, "x", [1.0] * 9]),
+    (Robot, "kd", [-0.1, NAN, INF, "x", [[1.0, -1.0]] * 10]),
+    (Robot, "torque_limit", [0.0, NAN, "x", [1.0] * 11]),
+    (Robot, "friction_factor", [-0.1, NAN, INF, "x", None, [1.0] * 10]),
     (Robot, "self_contact", [2, "x", 0.5]),
     (Robot, "joint_limit", [0.0, -1.0, NAN, "x", [1.0] * 9]),
     (Stribeck, "drop", [-0.1, 1.1, NAN, "x", None]),
@@ -370,6 +374,8 @@ USES = {
     "friction that differs forward and backward": {"scene": Scene(friction_backward=0.3)},
     "obstacles of finite height": {"scene": Scene(obstacles=[Circle(0.1, 3.0, 3.0, height=0.1)])},
     "backlash of the joints": {"robot": Robot(backlash=0.1)},
+    "gains and torque limits of each joint": {"robot": Robot(kp=[100.0] * 10)},
+    "friction that differs from link to link": {"robot": Robot(friction_factor=[2.0, *[1.0] * 10])},
     "contact of the robot with itself": {"robot": Robot(self_contact=True)},
     "limits of the joint angles": {"robot": Robot(joint_limit=1.2)},
     "input-output linearisation": {"controller": IOLinearizing()},
@@ -491,7 +497,7 @@ def test_every_field_of_a_configuration_is_refused_or_comes_back_as_it_was_given
         assert _native.layout(config)["config"] == config, path
         kept.append(path)
     if value == INF:
-        assert kept == [("robot", "joint_limit")]
+        assert kept == [("robot", "joint_limit"), ("robot", "torque_limit")]
 
 
 def test_an_infinite_joint_limit_reaches_environments():

@@ -7,7 +7,19 @@ import dataclasses
 import numpy as np
 import pytest
 
-from snake_env import PD, ConfigError, Gait, Integrator, Robot, Scene, SnakeEnv, Start, Stribeck, simulate
+from snake_env import (
+    PD,
+    ConfigError,
+    Gait,
+    Integrator,
+    JointTrajectory,
+    Robot,
+    Scene,
+    SnakeEnv,
+    Start,
+    Stribeck,
+    simulate,
+)
 from snake_env.obstacles import Box, Cylinder, HeightField, Polygon, Polyhedron, Segment
 
 mujoco = pytest.importorskip("mujoco")
@@ -310,7 +322,7 @@ def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
         (
             Robot,
             "links length contact_half_length radius mass cg_offset inertia roll_inertia gravity self_contact "
-            "joint_limit axes locked limp motor",
+            "joint_limit axes locked limp kp kd torque_limit friction_factor motor",
             "backlash",
             "",
         ),
@@ -327,3 +339,45 @@ def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
 def test_every_field_is_carried_or_refused_or_known_to_be_left_out(section, carried, refused, left_out):
     known = " ".join((carried, refused, left_out)).split()
     assert sorted(known) == sorted(field.name for field in dataclasses.fields(section))
+
+
+def test_each_axis_has_its_gains_and_its_torque_as_in_mujoco():
+    """In the air, from a bent posture, with small steps."""
+    robot = Robot(
+        links=4,
+        gravity=1e-9,
+        joint_limit=np.inf,
+        self_contact=False,
+        kp=[(0.4, 0.1), 0.2, 0.05],
+        kd=[0.002, (0.001, 0.003), 0.0],
+        torque_limit=[np.inf, (0.03, np.inf), 0.01],
+    )
+    bent = np.array([[0.3, -0.2], [0.4, 0.1], [-0.3, 0.4]])
+    start = Start(position=(0.0, 0.0, 1.0), posture=bent)
+    run = simulate(
+        model="spatial",
+        robot=robot,
+        start=start,
+        gait=JointTrajectory([0.0, 9.0], np.zeros((2, 3, 2))),
+        duration=0.2,
+        sample=0.2,
+        integrator=Integrator(step=5e-4),
+    )
+    model, data = loaded(Scene(), robot=robot, start=start, step=1e-4)
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICIT
+    data.ctrl[:] = 0.0
+    advance(model, data, 0.2)
+    assert np.abs(run.joint_angle[1] - bent).min() > 0.02
+    np.testing.assert_allclose(data.qpos[7:], run.joint_angle[1].ravel(), atol=5e-4)
+
+
+def test_each_link_has_its_skin():
+    """A straight robot slides down where the slope exceeds the mean of its coefficients, symmetric as loads shift."""
+    robot = Robot(links=4, inertia=1e3, roll_inertia=1e3, friction_factor=[2.5, 0.5, 0.5, 2.5])
+    for share in (0.97, 1.05):
+        scene = Scene(friction=(0.2, 0.2), slope=(np.arctan(1.5 * 0.2 * share), 0.0), rolling_friction=0.0)
+        model, data = loaded(scene, robot=robot, start=Start(heading=0.0, posture="straight"))
+        advance(model, data, 0.5)
+        before = links(model, data)
+        advance(model, data, 1.0)
+        assert (np.hypot(*(links(model, data) - before)[0, :2]) > 1e-4) == (share > 1.0)

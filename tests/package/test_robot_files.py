@@ -44,9 +44,17 @@ def bounds(robot):
         Robot(links=6, axes=["yaw", "roll", (1.0, 2.0, 3.0), "both", (0.0, -1.0, 0.0)], self_contact=False),
         Robot(links=5, axes=["pitch", "yaw", "both", "roll"], joint_limit=[(-0.3, 1.2), 0.4, (0.0, 1.0), np.inf]),
         Robot(links=5, axes=["pitch", "yaw", "both", "both"], locked=(0, 2), limp=(3,)),
+        Robot(
+            links=5,
+            axes=["yaw", "both", "pitch", "both"],
+            kp=[10.0, (20.0, 30.0), 0.0, 40.0],
+            kd=[0.1, 0.2, 0.0, (0.4, 0.5)],
+            torque_limit=[1.0, (2.0, np.inf), np.inf, 3.0],
+            limp=(2,),
+        ),
         Robot(links=4, limp=(1,), motor=Motor(rotor_inertia=1e-3, gear_friction=0.1, gear_damping=0.02)),
     ],
-    ids=["aiko", "two", "uneven", "offset", "axes", "limits", "broken", "motor"],
+    ids=["aiko", "two", "uneven", "offset", "axes", "limits", "broken", "gains", "motor"],
 )
 def test_a_robot_survives_the_way_through_a_file(robot, from_text):
     """Of scenes on a slope, with obstacles, at any place."""
@@ -59,6 +67,7 @@ def test_a_robot_survives_the_way_through_a_file(robot, from_text):
     assert found.gravity == pytest.approx(robot.gravity, abs=1e-12)
     assert found.self_contact is robot.self_contact
     assert (found.locked, found.limp, found.motor) == (robot.locked, robot.limp, robot.motor)
+    assert (found.kp, found.kd, found.torque_limit) == (robot.kp, robot.kd, robot.torque_limit)
     assert (found.axes == "both") == (robot.axes == "both")
     for (joint, axis), (given_joint, given) in zip(found.joint_axes, robot.joint_axes, strict=True):
         assert joint == given_joint
@@ -240,7 +249,7 @@ def test_the_root_link_of_a_urdf_file_is_link_1(from_text):
     np.testing.assert_allclose(per_link(robot.roll_inertia, 3), 0.001, rtol=1e-9)
     assert (robot.links, robot.length, robot.mass, robot.axes) == (3, 0.1, 0.5, ("yaw", "pitch"))
     assert (robot.radius, robot.contact_half_length) == ((0.03, 0.04, 0.04), (0.05, 0.0, 0.0))
-    assert robot.joint_limit == ((-1.0, 1.5), np.inf)
+    assert (robot.joint_limit, robot.torque_limit) == (((-1.0, 1.5), np.inf), (3.0, np.inf))
 
 
 def test_a_root_link_without_mass_is_the_world(from_text):

@@ -76,8 +76,10 @@ pub enum Feature {
     StribeckEffect,
     Patches,
     Skin,
+    LinkFriction,
     SpinFriction,
     Backlash,
+    JointGains,
     SelfContact,
     JointLimits,
     BrokenJoints,
@@ -108,7 +110,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 26] = {
+pub const CAPABILITIES: [Capability; 28] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -128,8 +130,10 @@ pub const CAPABILITIES: [Capability; 26] = {
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
         row(Feature::Patches, "patches of other friction", "()", [Implicit, Implicit, Never]),
         row(Feature::Skin, "friction that differs forward and backward", "None", [Implicit, Implicit, Never]),
+        row(Feature::LinkFriction, "friction that differs from link to link", "1", [Implicit, Implicit, Never]),
         row(Feature::SpinFriction, "friction of the ground against spin of a link", "0", [Implicit, Never, Never]),
         row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Implicit, Never]),
+        row(Feature::JointGains, "gains and torque limits of each joint", "None", [Implicit, Implicit, Never]),
         row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Implicit, Never]),
         row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Implicit, Never]),
         row(Feature::BrokenJoints, "locked and limp joints", "()", [Implicit, Implicit, Implicit]),
@@ -235,7 +239,17 @@ pub fn require_supported(
     Feature::IoLinearization.require(on, is_io, "controller.law", "\"io\"")?;
     let held = controller.treatment != Treatment::Implicit;
     Feature::HeldTorques.require(on, held, "controller.treatment", controller.treatment)?;
-    Feature::Backlash.require(on, robot.backlash != 0.0, "robot.backlash", robot.backlash)?;
+    let play = robot.backlash.largest();
+    Feature::Backlash.require(on, play != 0.0, "robot.backlash", play)?;
+    for (field, values) in [("kp", &robot.kp), ("kd", &robot.kd), ("torque_limit", &robot.torque_limit)] {
+        let (field, is_any) = (format!("robot.{field}"), values.is_some());
+        Feature::JointGains.require(on, is_any, &field, "gains")?;
+        require(!is_any || !is_io, &field, "gains", "None unless the controller is PD")?;
+    }
+    let factor = robot.friction_factor.values().iter().copied().find(|factor| *factor != 1.0);
+    Feature::LinkFriction.require(on, factor.is_some(), "robot.friction_factor", factor.unwrap_or(1.0))?;
+    let expected = "1 with an input-output linearising controller, whose model has one friction";
+    require(factor.is_none() || !is_io, "robot.friction_factor", factor.unwrap_or(1.0), expected)?;
     Feature::Motors.require(on, robot.motor.is_some(), "robot.motor", "Motor(...)")?;
     let offset = robot.cg_offset.values().iter().copied().find(|offset| *offset != 0.0);
     Feature::CgOffset.require(on, offset.is_some(), "robot.cg_offset", offset.unwrap_or_default())?;
@@ -250,7 +264,7 @@ pub fn require_supported(
     require_driven_joints(on, robot, scene, controller)?;
     require_axes(on, robot)?;
     let expected = "0 with an input-output linearising controller";
-    require(!is_io || robot.backlash == 0.0, "robot.backlash", robot.backlash, expected)
+    require(!is_io || play == 0.0, "robot.backlash", play, expected)
 }
 
 /// Rejects friction and height of an obstacle, named `field`, where the model does not have them.

@@ -5,7 +5,8 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive, time_step};
-use crate::robot::Motor;
+use crate::math::Real;
+use crate::robot::{PerAxis, Robot, RobotConfig};
 
 /// Which control law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -128,12 +129,24 @@ impl ControllerConfig {
         Ok(())
     }
 
-    /// The same within the torque of a motor.
+    /// The same with the largest torque that any joint of a robot has within its motors.
     #[must_use]
-    pub fn driven_by(self, motor: Option<&Motor>) -> Self {
-        let stall = motor.map(|motor| motor.stall_torque).filter(|stall| stall.is_finite());
-        let limit = self.torque_limit.into_iter().chain(stall).reduce(f64::min);
-        Self { torque_limit: limit, ..self }
+    pub fn driving(self, robot: &RobotConfig) -> Self {
+        let own = robot.torque_limit.as_ref().map(PerAxis::largest).or(self.torque_limit);
+        let limits = own.into_iter().chain(robot.motor.map(|motor| motor.stall_torque));
+        Self { torque_limit: limits.reduce(f64::min).filter(|limit| limit.is_finite()), ..self }
+    }
+
+    /// The laws of yaw and pitch of each joint of a robot; the torque limit is the largest of them.
+    pub fn gains(&self, robot: &Robot) -> Vec<[AxisGains; 2]> {
+        let [kp, kd, limit] = &robot.own_gains;
+        let largest = self.torque_limit.unwrap_or(f64::INFINITY);
+        let of_axis = |joint: usize, axis: usize| {
+            let own = |values: &Option<Vec<[f64; 2]>>, shared| values.as_ref().map_or(shared, |own| own[joint][axis]);
+            let torque_limit = own(limit, largest).min(largest);
+            AxisGains { kp: own(kp, self.kp), kd: own(kd, self.kd), torque_limit }
+        };
+        (0..robot.joint_count()).map(|joint| [0, 1].map(|axis| of_axis(joint, axis))).collect()
     }
 
     /// The largest torque at a time: infinite when there is no limit, 0 before `active_from` \[N m\].
@@ -141,15 +154,47 @@ impl ControllerConfig {
         if time < self.active_from { 0.0 } else { self.torque_limit.unwrap_or(f64::INFINITY) }
     }
 
+    /// Whether actuators act in a stage that ends at `end`: those that are switched on then have not acted yet.
+    pub fn acts_until(&self, end: f64) -> bool {
+        end - ROUND_OFF >= self.active_from
+    }
+}
+
+/// The PD law of one joint axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisGains<T = f64> {
+    pub kp: T,
+    pub kd: T,
+    /// \[N m\]
+    pub torque_limit: T,
+}
+
+impl AxisGains {
     /// Deviation of a joint at rest from which on the torque is at its limit; infinite without limit \[rad\].
     pub fn saturation(&self) -> f64 {
-        self.torque_limit.map_or(f64::INFINITY, |limit| limit / self.kp)
+        if self.torque_limit.is_finite() { self.torque_limit / self.kp } else { f64::INFINITY }
     }
 
-    /// The largest torque in a stage that ends at `end`: actuators that are switched on then have not acted yet
-    /// \[N m\].
-    pub fn limit_until(&self, end: f64) -> f64 {
-        self.limit_at(end - ROUND_OFF)
+    /// The same in all lanes.
+    pub fn splat<T: Real>(self) -> AxisGains<T> {
+        let Self { kp, kd, torque_limit } = self;
+        AxisGains { kp: T::splat(kp), kd: T::splat(kd), torque_limit: T::splat(torque_limit) }
+    }
+}
+
+impl<T: Real> AxisGains<T> {
+    /// Impulse without limit of a joint at rest, its decrease per rate, and largest impulse of a stage of coefficient `c`, at
+    /// whose end the torque is taken. `strength` is the factor on the largest torque, 0 for actuators that are off.
+    #[inline(always)]
+    pub fn stage(&self, c: T, strength: T, error: T, rate: T) -> [T; 3] {
+        let Self { kp, kd, .. } = *self;
+        [c * (kp * error + kd * rate), c * (c * kp + kd), c * self.limit(strength)]
+    }
+
+    /// \[N m\]
+    #[inline(always)]
+    pub fn limit(&self, strength: T) -> T {
+        T::select(T::zero().lt(strength), strength * self.torque_limit, T::zero())
     }
 }
 

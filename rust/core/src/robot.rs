@@ -3,14 +3,16 @@
 mod axes;
 mod limits;
 mod motor;
+mod per_axis;
 
 pub use axes::{Axes, AxesConfig, OneJoint, of_axes};
 pub use limits::{JointLimit, OneLimit};
 pub use motor::Motor;
+pub use per_axis::PerAxis;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::error::{ConfigError, finite, integer_in, length, length_or_zero, positive, require, within};
+use crate::error::{ConfigError, finite, integer_in, length, length_or_zero, non_negative, positive, require, within};
 
 /// A quantity given once for all links or link by link.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,7 +80,7 @@ pub struct RobotConfig {
     pub gravity: f64,
     /// Backlash of a joint, from end to end (T 7.5.4) \[rad\]; not the minimal model.
     #[serde(alias = "free_play")]
-    pub backlash: f64,
+    pub backlash: PerAxis,
     /// Whether links that are not neighbours touch each other; null: where the model has it.
     pub self_contact: Option<bool>,
     /// Limits of the joint angles \[rad\]; null: a right angle to either side where the model has limits, none elsewhere.
@@ -92,6 +94,14 @@ pub struct RobotConfig {
     pub locked: Vec<usize>,
     /// Joints without an actuator, from 0.
     pub limp: Vec<usize>,
+    /// Gains k_P \[N m/rad\] and k_D \[N m s/rad\] and largest torque \[N m\] of the joint axes; null: those of the
+    /// controller.
+    pub kp: Option<PerAxis>,
+    pub kd: Option<PerAxis>,
+    #[serde(deserialize_with = "unbounded")]
+    pub torque_limit: Option<PerAxis>,
+    /// Factor on the coefficients of friction between each link and the plane ground.
+    pub friction_factor: PerLink,
 }
 
 /// What may hold infinite numbers, which readers of configurations refuse elsewhere.
@@ -114,13 +124,17 @@ impl Default for RobotConfig {
             inertia: PerLink::Same(1.32e-3),
             roll_inertia: PerLink::Same(9.40e-4),
             gravity: 9.81,
-            backlash: 0.0,
+            backlash: PerAxis::Same(0.0),
             self_contact: None,
             joint_limit: None,
             axes: AxesConfig::default(),
             motor: None,
             locked: Vec::new(),
             limp: Vec::new(),
+            kp: None,
+            kd: None,
+            torque_limit: None,
+            friction_factor: PerLink::Same(1.0),
         }
     }
 }
@@ -136,6 +150,8 @@ pub struct Link {
     pub cg_offset: f64,
     pub inertia: f64,
     pub roll_inertia: f64,
+    /// On the coefficients of friction of the plane ground.
+    pub friction_factor: f64,
 }
 
 impl Link {
@@ -166,7 +182,10 @@ impl Link {
 pub struct Robot {
     pub links: Vec<Link>,
     pub gravity: f64,
-    pub backlash: f64,
+    /// Of yaw and pitch of each joint \[rad\].
+    pub backlash: Vec<[f64; 2]>,
+    /// k_P, k_D and largest torque of yaw and pitch of each joint, where they are not the controller's.
+    pub own_gains: [Option<Vec<[f64; 2]>>; 3],
     /// Whether links that are not neighbours touch each other, in models that have it.
     pub self_contact: bool,
     /// Least and largest angle of each joint, in models that have limits \[rad\].
@@ -206,6 +225,7 @@ impl Robot {
         }
         let inertia = config.inertia.expand("inertia", n, positive)?;
         let roll_inertia = config.roll_inertia.expand("roll_inertia", n, positive)?;
+        let friction_factor = config.friction_factor.expand("friction_factor", n, non_negative)?;
         let links = (0..n)
             .map(|i| Link {
                 length: lengths[i],
@@ -215,23 +235,37 @@ impl Robot {
                 cg_offset: offset[i],
                 inertia: inertia[i],
                 roll_inertia: roll_inertia[i],
+                friction_factor: friction_factor[i],
             })
             .collect();
         let gravity = positive("gravity", config.gravity)?;
-        let backlash = within("backlash", config.backlash, 0.0, MOST_PLAY)?;
+        let axes = config.axes.expand(n - 1)?;
+        let backlash = config.backlash.expand("backlash", &axes, |field, play| within(field, play, 0.0, MOST_PLAY))?;
+        let own = |field: &str, values: &Option<PerAxis>, check: fn(&str, f64) -> Result<f64, ConfigError>| {
+            values.as_ref().map(|values| values.expand(field, &axes, check)).transpose()
+        };
+        let own_gains = [
+            own("kp", &config.kp, non_negative)?,
+            own("kd", &config.kd, non_negative)?,
+            own("torque_limit", &config.torque_limit, |field, limit| {
+                if limit == f64::INFINITY { Ok(limit) } else { positive(field, limit) }
+            })?,
+        ];
         let joint_limit = config.joint_limit.clone().unwrap_or(RIGHT_ANGLE.into());
         let broken = broken_joints(config)?;
         if let Some(motor) = &config.motor {
             motor.validate().map_err(|e| e.inside("motor"))?;
-            require(backlash == 0.0 || !motor.needs_tight_gear(), "backlash", backlash, NO_PLAY)?;
+            let play = config.backlash.largest();
+            require(play == 0.0 || !motor.needs_tight_gear(), "backlash", play, NO_PLAY)?;
         }
         Ok(Self {
             links,
             gravity,
             backlash,
+            own_gains,
             self_contact: config.self_contact.unwrap_or(true),
             joint_bounds: joint_limit.expand(n - 1)?,
-            axes: config.axes.expand(n - 1)?,
+            axes,
             lists_axes: config.axes != AxesConfig::default(),
             motor: config.motor,
             broken,

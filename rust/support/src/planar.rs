@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use snake_core::control::{ControlLaw, ControllerConfig, Treatment};
 use snake_core::gait::{CardanTarget, JointTarget, Reference, Wave};
 use snake_core::planar::{Planar, PlanarState, Pose, Twist};
-use snake_core::robot::{Robot, RobotConfig};
+use snake_core::robot::{PerAxis, PerLink, Robot, RobotConfig};
 use snake_core::rows::MotorRow;
 use snake_core::scene::{Peg, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::{PlanarSimulation, SchemeConfig, Simulation};
@@ -55,6 +55,23 @@ pub fn implicit(step: f64, order: u32) -> ImplicitConfig {
 
 pub fn links(links: usize) -> RobotConfig {
     RobotConfig { links, ..RobotConfig::default() }
+}
+
+/// A quantity of joint axes, one value a joint.
+pub fn each_joint(values: &[f64]) -> PerAxis {
+    PerAxis::Each(values.iter().map(|value| PerLink::Same(*value)).collect())
+}
+
+/// Aiko with so many joints, each with other gains and another limit, and with links of other friction.
+pub fn uneven_joints(joints: usize) -> RobotConfig {
+    let each = |value: fn(f64) -> f64, count| (0..count).map(|j| value(j as f64)).collect::<Vec<_>>();
+    RobotConfig {
+        kp: Some(each_joint(&each(|j| 800.0 - 50.0 * j, joints))),
+        kd: Some(each_joint(&each(|j| 2.0 + 0.1 * j, joints))),
+        torque_limit: Some(each_joint(&each(|j| 4.0 + 0.5 * j, joints))),
+        friction_factor: PerLink::Each(each(|i| 2.0 / (1.0 + 0.1 * i), joints + 1)),
+        ..links(joints + 1)
+    }
 }
 
 pub fn ground(friction: [f64; 2]) -> SceneConfig {

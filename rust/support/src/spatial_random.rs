@@ -20,6 +20,7 @@ pub fn random_link(random: &mut Random) -> Link {
         inertia: random.magnitude(1e-4, 1e-2),
         roll_inertia: random.magnitude(1e-4, 1e-2),
         cg_offset: random.between(-0.45, 0.45) * length,
+        friction_factor: 1.0,
     }
 }
 
@@ -50,7 +51,8 @@ pub fn random_joint(random: &mut Random, random_link: fn(&mut Random) -> Link) -
     let robot = Robot {
         links: vec![near, far],
         gravity: 9.81,
-        backlash: 0.0,
+        backlash: vec![[0.0; 2]],
+        own_gains: [None, None, None],
         self_contact: false,
         joint_bounds: vec![[f64::NEG_INFINITY, f64::INFINITY]],
         axes: vec![Axes::Both],

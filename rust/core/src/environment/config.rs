@@ -307,7 +307,7 @@ impl EnvConfig {
     /// The controller of the joints. Where actions are torques, k_D alone is left, as the damping of the actuators: like
     /// motors they have a no-load speed, the largest torque over k_D.
     pub fn controller(&self) -> ControllerConfig {
-        let controller = self.controller.driven_by(self.robot.motor.as_ref());
+        let controller = self.controller.driving(&self.robot);
         match self.action_mode {
             ActionMode::Torques => ControllerConfig { kp: 0.0, ..controller },
             _ => controller,
@@ -334,7 +334,8 @@ impl EnvConfig {
         require(limited, "controller.torque_limit", "None", &format!("a number, the largest torque, {mode}"))?;
         let law = self.controller.law;
         require(law == ControlLaw::Pd, "controller.law", "\"io\"", &format!("\"pd\" {mode}"))?;
-        let play = self.robot.backlash.max(self.randomization.backlash[1]);
+        require(self.robot.kp.is_none(), "robot.kp", "gains", &format!("None {mode}, which have no reference"))?;
+        let play = self.robot.backlash.largest().max(self.randomization.backlash[1]);
         require(play == 0.0, "robot.backlash", play, &format!("0 {mode}"))
     }
 
@@ -359,7 +360,7 @@ impl EnvConfig {
         let is_drawn = self.energy == Energy::Electrical;
         let expected = "\"mechanical\" where robot.motor is None";
         require(!is_drawn || self.robot.motor.is_some(), "energy", "\"electrical\"", expected)?;
-        let (play, law, drawn) = (self.robot.backlash, self.controller.law, self.randomization.backlash);
+        let (play, law, drawn) = (self.robot.backlash.largest(), self.controller.law, self.randomization.backlash);
         let is_tight = self.robot.motor.as_ref().is_none_or(|motor| !motor.needs_tight_gear());
         require(is_tight || drawn[1] == 0.0, "randomization.backlash", format!("{drawn:?}"), NO_PLAY)?;
         self.randomization.validate_beyond(play, law, drop).map_err(|e| e.inside("randomization"))

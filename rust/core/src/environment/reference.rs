@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use crate::control::AxisGains;
 use crate::gait::{CardanTarget, Jet, JointTarget, Reference, WaveJets, turned};
 use crate::robot::Axes;
 
@@ -211,10 +212,10 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
 
     /// Where actions set rates: keeps each reference angle within `reach` \[rad\] of the angle of its joint about the
     /// axis, so that a joint that is held up does not have to make up for the time.
-    pub fn limit_windup(&mut self, reach: f64, joint_angle: impl Fn(usize, usize) -> f64) {
+    pub fn limit_windup(&mut self, gains: &[[AxisGains; 2]], joint_angle: impl Fn(usize, usize) -> f64) {
         for (axis, Axis { angles, .. }) in self.state.axes.iter_mut().enumerate() {
             for (joint, angle) in angles.iter_mut().enumerate() {
-                let present = joint_angle(joint, axis);
+                let (present, reach) = (joint_angle(joint, axis), gains[joint][axis].saturation());
                 *angle = angle.clamp(present - reach, present + reach);
             }
         }

@@ -56,6 +56,7 @@ impl Movable {
             cg_offset: 0.0,
             inertia,
             roll_inertia: inertia,
+            friction_factor: 1.0,
         };
         Self { link, start: [x, y], ground_friction, spring }
     }

@@ -15,6 +15,7 @@ use std::f64::consts::FRAC_2_PI;
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::control::AxisGains;
 use crate::gait::Jet;
 use crate::math::Real;
 use crate::planar::{Heading, StageJoint};
@@ -50,9 +51,9 @@ pub struct IoInput<'a, T: Real> {
     pub guess: &'a [Vector3<T>],
     /// phi_d, phi_d', phi_d'' at the end of the stage.
     pub target: &'a [Jet<T>],
-    /// K_P, K_D.
-    pub gains: [T; 2],
-    pub torque_limit: T,
+    /// Of all joints: K_P, K_D, and the factor on the largest torque.
+    pub gains: &'a AxisGains<T>,
+    pub strength: T,
     pub coefficient: T,
 }
 
@@ -84,7 +85,7 @@ impl<T: Real> IoDrive<T> {
     #[inline(always)]
     pub fn fill(&mut self, at: &IoInput<T>, joints: &mut Vec<StageJoint<T>>) {
         let c = at.coefficient;
-        let [kp, kd] = at.gains;
+        let AxisGains { kp, kd, .. } = *at.gains;
         let k = c * (kd + c * kp);
         let divisor = T::splat(1.0) / (T::splat(1.0) + k);
         for (j, Jet { value: angle, rate, acceleration }) in at.target.iter().enumerate() {
@@ -100,7 +101,7 @@ impl<T: Real> IoDrive<T> {
         for (j, tau) in self.tau.iter().enumerate() {
             let stiffness = k * self.own_inertia[j];
             let drive = c * *tau + stiffness * self.followed[j];
-            joints.push(StageJoint { drive, stiffness, limit: c * at.torque_limit, slack: T::zero() });
+            joints.push(StageJoint { drive, stiffness, limit: c * at.gains.limit(at.strength), slack: T::zero() });
         }
     }
 

@@ -1,18 +1,18 @@
 use nalgebra::{Vector2, Vector3};
 
-use crate::control::ControllerConfig;
+use crate::control::{AxisGains, ControllerConfig};
 use crate::error::ConfigError;
 use crate::laws::{Skin, Stribeck, spin_coefficient};
 use crate::obstacles::{Nodes, ObstacleGrid, Patches};
 use crate::robot::{Link, Robot};
 use crate::slope::Slope;
-use crate::stepping::PlantParameters;
 
 /// Robot, ground and controller: what all robots of a fleet share and no step changes.
 #[derive(Debug, Clone)]
 pub struct PlanarSystem {
     pub robot: Robot,
     pub controller: ControllerConfig,
+    gains: Vec<[AxisGains; 2]>,
     /// mu_Tx, mu_Ty; with a skin the larger mu_Tx.
     friction: Vector2<f64>,
     skin: Option<Skin>,
@@ -34,6 +34,7 @@ impl PlanarSystem {
         let (friction, stribeck) = (Vector2::from(friction), Stribeck::default());
         let gravity = Slope::default().acceleration(robot.gravity);
         Ok(Self {
+            gains: controller.gains(&robot),
             robot,
             controller,
             friction,
@@ -81,9 +82,9 @@ impl PlanarSystem {
         self.gravity.xy()
     }
 
-    /// Backlash of the joints of a robot of the fleet \[rad\].
-    pub fn backlash(&self, parameters: &PlantParameters) -> f64 {
-        self.robot.backlash + parameters.backlash
+    /// Of each joint; the first of the two is that of the plane.
+    pub fn gains(&self) -> &[[AxisGains; 2]] {
+        &self.gains
     }
 
     pub fn stribeck(&self) -> Stribeck {
@@ -120,7 +121,7 @@ impl PlanarSystem {
 
     /// Friction bound of a link along and across it, mu m g on level ground \[N\].
     pub fn friction_force(&self, link: &Link) -> Vector2<f64> {
-        self.friction * (link.mass * self.normal_gravity())
+        self.friction * (link.friction_factor * link.mass * self.normal_gravity())
     }
 
     /// Whether the ground resists turning.
@@ -130,7 +131,7 @@ impl PlanarSystem {
 
     /// Largest moment of the ground against the spin of a link, with these shares of the coefficients of friction \[N m\].
     pub fn spin_torque(&self, link: &Link, shares: &Vector2<f64>) -> f64 {
-        let load = link.mass * self.normal_gravity();
+        let load = link.friction_factor * link.mass * self.normal_gravity();
         spin_coefficient(&self.friction.component_mul(shares), self.skin) * (self.spin_radius * load)
     }
 

@@ -70,6 +70,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
         integrator: &C,
     ) -> Result<Self, ConfigError> {
         require_supported(M::NAME, C::METHOD, robot, scene, controller)?;
+        let controller = controller.driving(robot);
         let mut robot = Robot::new(robot).map_err(|e| e.inside("robot"))?;
         let has = |feature: Feature| feature.is_in(M::NAME, C::METHOD);
         robot.self_contact &= has(Feature::SelfContact);
@@ -82,7 +83,6 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
         let body = Body::new(&robot, ObstacleGrid::of(&scene.obstacles));
-        let controller = controller.driven_by(robot.motor.as_ref());
         let system = M::system(robot, &scene, &controller)?;
         let scheme = Box::new(integrator.scheme(&system));
         let mut simulation = Self { system, body, scheme };

@@ -1,12 +1,11 @@
 use nalgebra::{Vector2, Vector3};
 
-use crate::control::{ControlLaw, ControllerConfig};
+use crate::control::{AxisGains, ControlLaw, ControllerConfig};
 use crate::error::{ConfigError, require};
 use crate::laws::{Skin, Stribeck};
 use crate::obstacles::Patches;
 use crate::robot::Robot;
 use crate::scene::Scene;
-use crate::stepping::PlantParameters;
 
 use super::ChainShape;
 
@@ -15,6 +14,7 @@ use super::ChainShape;
 pub struct SpatialSystem {
     pub robot: Robot,
     pub controller: ControllerConfig,
+    gains: Vec<[AxisGains; 2]>,
     /// mu_Tx, mu_Ty; with a skin the larger mu_Tx.
     pub friction: Vector2<f64>,
     pub skin: Option<Skin>,
@@ -39,6 +39,7 @@ impl SpatialSystem {
         Ok(Self {
             gravity: slope.acceleration(robot.gravity),
             shape: ChainShape::new(&robot),
+            gains: controller.gains(&robot),
             robot,
             controller,
             friction,
@@ -49,8 +50,8 @@ impl SpatialSystem {
         })
     }
 
-    /// Backlash of the joints of a robot of the fleet \[rad\].
-    pub fn backlash(&self, parameters: &PlantParameters) -> f64 {
-        self.robot.backlash + parameters.backlash
+    /// Of yaw and pitch of each joint.
+    pub fn gains(&self) -> &[[AxisGains; 2]] {
+        &self.gains
     }
 }

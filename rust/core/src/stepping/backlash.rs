@@ -18,22 +18,16 @@ use crate::math::Real;
 pub struct Backlash<T> {
     /// Whether any lane's robot has play.
     pub is_any: bool,
-    /// d / 2 \[rad\].
-    half: T,
+    /// d / 2 of each axis without what robots have beyond it, and with it \[rad\].
+    shared: Vec<f64>,
+    half: Vec<T>,
     /// e of each joint, axis by axis, at the start of the step, at the base of the stage and at its end \[rad\].
     start: Vec<T>,
     base: Vec<T>,
     end: Vec<T>,
 }
 
-/// The law of one axis of a joint in a stage, to which the play adds a dead zone.
-pub struct PlayedAxis<'a, T> {
-    pub drive: &'a mut T,
-    pub stiffness: T,
-    pub slack: &'a mut T,
-}
-
-/// The same law with the rate of the axis in the solution.
+/// The law of one axis of a joint in a stage with its rate in the solution.
 pub struct MovedAxis<T> {
     pub drive: T,
     pub stiffness: T,
@@ -42,20 +36,25 @@ pub struct MovedAxis<T> {
 }
 
 impl<T: Real> Backlash<T> {
-    pub fn new(axes: usize) -> Self {
-        let tight = vec![T::zero(); axes];
-        Self { is_any: false, half: T::zero(), start: tight.clone(), base: tight.clone(), end: tight }
+    /// Of the play of each axis \[rad\].
+    pub fn new(plays: impl Iterator<Item = f64>) -> Self {
+        let shared: Vec<_> = plays.map(|play| 0.5 * play).collect();
+        let tight = vec![T::zero(); shared.len()];
+        Self { is_any: false, shared, half: tight.clone(), start: tight.clone(), base: tight.clone(), end: tight }
     }
 
-    /// Gathers the play of the lanes' robots \[rad\] and the positions of their joints in it.
+    /// Gathers the play that the lanes' robots have beyond the shared one \[rad\] and the positions of their joints in it.
     pub fn load<'a>(&mut self, robot: impl Fn(usize) -> (f64, &'a [f64])) {
-        self.is_any = (0..T::LANES).any(|lane| robot(lane).0 > 0.0);
+        let is_shared = self.shared.iter().any(|half| *half > 0.0);
+        self.is_any = is_shared || (0..T::LANES).any(|lane| robot(lane).0 > 0.0);
         if !self.is_any {
             return;
         }
         for lane in 0..T::LANES {
-            let (play, positions) = robot(lane);
-            self.half.set_lane(lane, 0.5 * play);
+            let (more, positions) = robot(lane);
+            for (lanes, shared) in self.half.iter_mut().zip(&self.shared) {
+                lanes.set_lane(lane, shared + 0.5 * more);
+            }
             for (lanes, &e) in self.start.iter_mut().zip(positions) {
                 lanes.set_lane(lane, e);
             }
@@ -77,14 +76,10 @@ impl<T: Real> Backlash<T> {
         }
     }
 
-    /// Adds the dead zones to the actuator laws of a stage of coefficient `c`; k_D is `kd`.
+    /// What a drive of this k_D and stiffness loses in a stage of coefficient `c`, and its dead zone.
     #[inline(always)]
-    pub fn apply<'a>(&self, c: T, kd: T, axes: impl Iterator<Item = PlayedAxis<'a, T>>) {
-        let rate = self.half / c;
-        for (axis, e) in axes.zip(&self.base) {
-            *axis.drive -= kd * *e;
-            *axis.slack = axis.stiffness * rate;
-        }
+    pub fn dead_zone(&self, axis: usize, c: T, kd: T, stiffness: T) -> (T, T) {
+        (kd * self.base[axis], stiffness * (self.half[axis] / c))
     }
 
     /// Positions of the joints in their play at the end of the solved stage.

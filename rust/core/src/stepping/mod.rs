@@ -32,7 +32,7 @@ pub(crate) mod start;
 mod statistics;
 mod verdict;
 
-pub use backlash::{Backlash, MovedAxis, PlayedAxis};
+pub use backlash::{Backlash, MovedAxis};
 pub use body::{Body, Clock, HasBody, Scripted};
 pub use closing::{Closing, ClosingRow, Closings};
 pub use config::{

@@ -76,7 +76,7 @@ fn a_factor_on_the_torque_limit_is_a_weaker_motor() {
 
 #[test]
 fn drawn_backlash_is_that_of_a_looser_robot() {
-    let loose = |config: &mut EnvConfig| config.robot.backlash = 0.08;
+    let loose = |config: &mut EnvConfig| config.robot.backlash = 0.08.into();
     assert_same_motion(Randomization { backlash: [0.08; 2], ..Randomization::default() }, loose);
 }
 
@@ -97,7 +97,7 @@ fn play_and_drops_that_no_plant_can_have_are_refused_by_name() {
         <Environment>::new(&config).map(drop_result).unwrap_err().field
     };
     assert_eq!(refused(play, |config| config.controller.law = ControlLaw::Io), "randomization.backlash");
-    assert_eq!(refused(play, |config| config.robot.backlash = 1.5), "randomization.backlash");
+    assert_eq!(refused(play, |config| config.robot.backlash = 1.5.into()), "randomization.backlash");
     assert_eq!(refused(drop, |config| config.stribeck.drop = 0.6), "randomization.stribeck");
 }
 

@@ -1,6 +1,7 @@
 //! Laws of the reference generator: smooth, rate-limited, and the thesis's wave at rest.
 
 use proptest::prelude::*;
+use snake_core::control::AxisGains;
 use snake_core::environment::ActionMode;
 use snake_core::environment::action::planar_entries;
 use snake_core::environment::default_gait::DefaultGait;
@@ -194,15 +195,21 @@ fn references_turn_at_the_rates_they_are_asked_for() {
 fn a_reference_that_is_held_up_does_not_run_ahead_of_its_joint() {
     let mut generator = generator(ActionMode::Velocities);
     generator.rest_bent(|_, _| 0.0);
-    let reach = 0.0125;
+    // The last joint is twice as weak.
+    let gains = |kp| [AxisGains { kp, kd: 0.0, torque_limit: 5.0 }; 2];
+    let gains: Vec<_> = (0..JOINTS).map(|joint| gains(if joint == JOINTS - 1 { 200.0 } else { 400.0 })).collect();
+    let mut farthest = [0.0_f64; JOINTS];
     for k in 0..60 {
         generator.set_action(&[1.0; JOINTS], f64::from(k) * PERIOD);
-        generator.limit_windup(reach, |joint, _| 0.01 * joint as f64);
+        generator.limit_windup(&gains, |joint, _| 0.01 * joint as f64);
         for joint in 0..JOINTS {
-            assert!(generator.target(joint, f64::from(k) * PERIOD).angle <= 0.01 * joint as f64 + reach + 1e-15);
+            let ahead = generator.target(joint, f64::from(k) * PERIOD).angle - 0.01 * joint as f64;
+            assert!(ahead <= 5.0 / gains[joint][0].kp + 1e-15);
+            farthest[joint] = farthest[joint].max(ahead);
         }
         generator.finish_period();
     }
+    assert!(farthest[0] > 0.0124 && farthest[JOINTS - 1] > 0.0249, "{farthest:?}");
 }
 
 #[test]

@@ -14,7 +14,7 @@ use snake_test_support::allocation::REQUESTS;
 #[test]
 fn nor_does_a_step_of_a_loose_robot() {
     let wave = Wave::default();
-    let robot = RobotConfig { backlash: 0.07, ..RobotConfig::default() };
+    let robot = RobotConfig { backlash: 0.07.into(), ..RobotConfig::default() };
     let ice = Patch { vertices: vec![[-9.0, 0.1], [9.0, 0.1], [0.0, 9.0]], factor: 0.5 };
     let stribeck = Stribeck { drop: 0.3, speed: 0.02 };
     let scene = SceneConfig { stribeck, patches: vec![ice], ..table_7_5() };

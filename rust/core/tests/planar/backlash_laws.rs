@@ -12,14 +12,14 @@ use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
 use snake_core::stepping::{ImplicitConfig, PlantParameters};
-use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, links, swinging_pair};
+use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, links, swinging_pair, uneven_joints};
 use snake_test_support::planar_stage::{self as dense, Kind};
 
 /// Four degrees from end to end.
 const PLAY: f64 = 4.0 * std::f64::consts::PI / 180.0;
 
 fn loose(count: usize) -> RobotConfig {
-    RobotConfig { backlash: PLAY, ..links(count) }
+    RobotConfig { backlash: PLAY.into(), ..links(count) }
 }
 
 /// The implicit methods, with steps that resolve what a motor does.
@@ -246,7 +246,7 @@ fn run(system: &PlanarSystem, robots: &mut [Scripted<Wave>], width: usize) -> Ve
 #[test]
 fn neighbours_with_play_do_not_matter() {
     let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
-    let system = PlanarSystem::new(Robot::new(&RobotConfig::default()).unwrap(), [0.2, 0.2], pd).unwrap();
+    let system = PlanarSystem::new(Robot::new(&uneven_joints(10)).unwrap(), [0.2, 0.2], pd).unwrap();
     let together = run(&system, &mut crowd(&system, 11), 11);
     for (k, among_others) in together.iter().enumerate() {
         let mut one = crowd(&system, 11).swap_remove(k);
@@ -290,7 +290,7 @@ fn a_restored_robot_goes_on_bit_for_bit() {
 #[test]
 fn long_steps_follow_short_ones() {
     let stribeck = Stribeck { drop: 0.3, speed: 0.02 };
-    let robot = RobotConfig { backlash: 5f64.to_radians(), ..RobotConfig::default() };
+    let robot = RobotConfig { backlash: 5f64.to_radians().into(), ..RobotConfig::default() };
     let course = SceneConfig { stribeck, ..snake_test_support::planar::table_7_5() };
     let open = SceneConfig { friction: [0.2, 0.5], stribeck, ..SceneConfig::default() };
     for (name, scene, start) in
@@ -317,7 +317,7 @@ fn backlash_is_refused_where_unsupported() {
     let refused = PlanarSimulation::new(&loose(4), &ground([0.2, 0.2]), &io, &ImplicitConfig::default());
     assert_eq!(refused.unwrap_err().field, "robot.backlash");
     for play in [-0.1, 2.0, f64::NAN] {
-        let error = Robot::new(&RobotConfig { backlash: play, ..RobotConfig::default() }).unwrap_err();
+        let error = Robot::new(&RobotConfig { backlash: play.into(), ..RobotConfig::default() }).unwrap_err();
         assert_eq!(error.field, "backlash");
     }
 }

@@ -14,6 +14,7 @@ mod friction_laws;
 mod golden;
 mod impact_laws;
 mod io_control;
+mod joint_gain_laws;
 mod joint_limit_laws;
 mod link_pair_geometry;
 mod motor_laws;

@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 use snake_core::gait::Wave;
 use snake_core::laws::Skin;
 use snake_core::planar::{Fallback, InteriorPoint, Newton, Stage, StageSolution, Twist, certify};
+use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::scene::SceneConfig;
 use snake_core::solver::SolveStatus;
 use snake_core::stepping::ImplicitConfig;
@@ -23,9 +24,18 @@ fn schemes(step: f64) -> [ImplicitConfig; 2] {
 #[test]
 fn a_robot_slides_forward_and_backward_against_its_own_coefficient() {
     let (h, scene) = (1e-3, scales([0.1, 0.6], 0.3));
-    for (velocity, mu) in [([-0.5, 0.0], 0.1), ([0.5, 0.0], 0.3), ([0.0, 0.5], 0.6)] {
+    let factor = PerLink::Each(vec![4.0, 1.0, 0.5]);
+    let own_skins = RobotConfig { friction_factor: factor, ..links(3) };
+    let mean = 5.5 / 3.0;
+    for (robot, velocity, mu) in [
+        (links(3), [-0.5, 0.0], 0.1),
+        (links(3), [0.5, 0.0], 0.3),
+        (links(3), [0.0, 0.5], 0.6),
+        (own_skins.clone(), [-0.5, 0.0], mean * 0.1),
+        (own_skins, [0.5, 0.0], mean * 0.3),
+    ] {
         for integrator in schemes(h) {
-            let mut simulation = sliding(&links(3), &scene, velocity, &integrator);
+            let mut simulation = sliding(&robot, &scene, velocity, &integrator);
             for step in 1..80 {
                 simulation.advance(h, &Hold(0.0));
                 let expected = 0.5 - mu * G * h * f64::from(step);

@@ -13,7 +13,7 @@ use snake_core::spatial::{
     Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, joint_angle, orientation_of, twist_of,
 };
 use snake_core::stepping::PlantParameters;
-use snake_test_support::planar::{ground, table_7_5};
+use snake_test_support::planar::{each_joint, ground, table_7_5, uneven_joints};
 use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
 const GRAVITY: f64 = 9.81;
@@ -141,7 +141,7 @@ fn a_robot_slides_farther_with_the_stribeck_effect() {
 fn no_torque_passes_within_the_backlash() {
     let (play, rate) = (0.1, 0.5);
     for axis in 0..2 {
-        let config = RobotConfig { links: 2, backlash: play, gravity: 1e-9, ..RobotConfig::default() };
+        let config = RobotConfig { links: 2, backlash: play.into(), gravity: 1e-9, ..RobotConfig::default() };
         let pd = ControllerConfig::default();
         let mut simulation =
             SpatialSimulation::new(&config, &ground([0.0; 2]), &pd, &implicit(0.01, 2)).expect("admissible");
@@ -173,7 +173,7 @@ fn no_torque_passes_within_the_backlash() {
         }
         assert!(most > 0.5 * play && most < 0.5 * play + 0.01, "{most} rad");
         let mut tight = SpatialSimulation::new(
-            &RobotConfig { backlash: 0.0, ..config },
+            &RobotConfig { backlash: 0.0.into(), ..config },
             &ground([0.0; 2]),
             &pd,
             &implicit(0.01, 2),
@@ -191,7 +191,11 @@ fn no_torque_passes_within_the_backlash() {
 #[test]
 fn discrepancies_of_neighbours_do_not_matter() {
     let scene = Scene::new(&ground([0.2, 0.3])).unwrap();
-    let system = SpatialSystem::new(Robot::new(&RobotConfig::default()).unwrap(), &scene, limited()).unwrap();
+    let config = RobotConfig {
+        backlash: each_joint(&[0.0, 0.01, 0.0, 0.02, 0.0, 0.0, 0.0, 0.0, 0.03, 0.0]),
+        ..uneven_joints(10)
+    };
+    let system = SpatialSystem::new(Robot::new(&config).unwrap(), &scene, limited()).unwrap();
     let robots = || -> Vec<_> {
         (0..9)
             .map(|k| {

@@ -10,6 +10,7 @@ mod flight;
 mod ground_geometry;
 mod hinge_laws;
 mod implicit_laws;
+mod joint_gain_laws;
 mod joint_limit_laws;
 mod joints;
 mod lanes;

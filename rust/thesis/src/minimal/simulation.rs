@@ -60,7 +60,8 @@ impl MinimalSimulation {
     pub fn new(config: &MinimalConfig) -> Result<Self, ConfigError> {
         let robot = Robot::new(&config.robot).map_err(|e| e.inside("robot"))?;
         let on = (ModelName::Minimal, config.integrator.method());
-        Feature::Backlash.require(on, robot.backlash != 0.0, "robot.backlash", robot.backlash)?;
+        let play = config.robot.backlash.largest();
+        Feature::Backlash.require(on, play != 0.0, "robot.backlash", play)?;
         config.ground.validate().map_err(|e| e.inside("scene"))?;
         config.controller.validate().map_err(|e| e.inside("controller"))?;
         config.integrator.validate().map_err(|e| e.inside("integrator"))?;

@@ -209,8 +209,8 @@ impl PlanarRobot {
 
     /// Keeps references that integrate rates near the joints.
     fn limit_windup(&mut self) {
-        let (state, controller) = (self.simulation.state(), &self.simulation.system().controller);
-        self.reference.limit_windup(controller.saturation(), |joint, _| state.joint_angle(joint));
+        let (state, gains) = (self.simulation.state(), self.simulation.system().gains());
+        self.reference.limit_windup(gains, |joint, _| state.joint_angle(joint));
     }
 
     /// Mean forces of the last period; returns the number of links that pegs pushed.

@@ -323,9 +323,8 @@ impl SpatialRobot {
 
     /// Keeps references that integrate rates near the joints.
     fn limit_windup(&mut self) {
-        let controller = &self.simulation.system().controller;
         let angle = |joint: usize, axis: usize| self.simulation.joint_angle(joint)[axis];
-        self.reference.limit_windup(controller.saturation(), angle);
+        self.reference.limit_windup(self.simulation.system().gains(), angle);
     }
 
     /// Height of the CG above the ground \[m\].

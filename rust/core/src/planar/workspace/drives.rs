@@ -1,4 +1,4 @@
-use crate::control::ControlLaw;
+use crate::control::{AxisGains, ControlLaw};
 use crate::gait::{Jet, JointTarget, WaveJets};
 use crate::math::Real;
 use crate::planar::PlanarSystem;
@@ -11,10 +11,11 @@ use crate::stepping::Backlash;
 pub struct Drives<T: Real> {
     /// The wave that the joints follow at the end of the stage, where they follow one.
     pub wave: WaveJets<T>,
-    /// Joint references at the end of the stage, and gains k_P, k_D.
+    /// Joint references at the end of the stage, and laws.
     pub target: Vec<Jet<T>>,
-    pub gains: [T; 2],
-    pub torque_limit: T,
+    pub gains: Vec<AxisGains<T>>,
+    /// Of the largest torques, 0 where actuators are off.
+    pub strength: T,
     /// Input-output linearisation instead of PD.
     pub io: Option<IoDrive<T>>,
     /// Joints that are locked or limp.
@@ -34,11 +35,11 @@ impl<T: Real> Drives<T> {
         Self {
             wave: WaveJets::still(),
             target: vec![Jet { value: zero, rate: zero, acceleration: zero }; joints],
-            gains: [system.controller.kp, system.controller.kd].map(T::splat),
-            torque_limit: T::splat(f64::INFINITY),
+            gains: system.gains().iter().map(|[yaw, _]| yaw.splat()).collect(),
+            strength: T::splat(1.0),
             io: (system.controller.law == ControlLaw::Io).then(|| IoDrive::new(system)),
             broken: system.robot.broken.clone(),
-            backlash: Backlash::new(joints),
+            backlash: Backlash::new(system.robot.backlash.iter().map(|[yaw, _]| *yaw)),
             targets: vec![JointTarget::default(); joints],
             has_own_torques: false,
             own_torque: vec![zero; joints],

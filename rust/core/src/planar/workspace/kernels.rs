@@ -10,7 +10,7 @@ use crate::planar::io_drive::IoInput;
 use crate::planar::{StageJoint, StageLink, certify, is_plausible, mean_twist, travel};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{MovedAxis, PlayedAxis, SolvedStage, StageKernels};
+use crate::stepping::{MovedAxis, SolvedStage, StageKernels};
 
 use super::drives::Drives;
 use super::motion_bound::MotionBound;
@@ -240,8 +240,8 @@ impl<T: Real> Workspace<T> {
             reference: &self.motion.reference,
             guess: &self.motion.guess,
             target: &self.drives.target,
-            gains: self.drives.gains,
-            torque_limit: self.drives.torque_limit,
+            gains: &self.drives.gains[0],
+            strength: self.drives.strength,
             coefficient: self.stage.coefficient,
         };
         io.fill(&input, &mut self.stage.joints);
@@ -252,16 +252,11 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn fill_pd(&mut self) {
         let c = self.stage.coefficient;
-        let [kp, kd] = self.drives.gains;
         self.stage.joints.clear();
-        for (j, target) in self.drives.target.iter().enumerate() {
+        for (j, (target, gains)) in self.drives.target.iter().zip(&self.drives.gains).enumerate() {
             let error = target.value - (self.motion.base[j + 1].z - self.motion.base[j].z);
-            self.stage.joints.push(StageJoint {
-                drive: c * (kp * error + kd * target.rate),
-                stiffness: c * (c * kp + kd),
-                limit: c * self.drives.torque_limit,
-                slack: T::zero(),
-            });
+            let [drive, stiffness, limit] = gains.stage(c, self.drives.strength, error, target.rate);
+            self.stage.joints.push(StageJoint { drive, stiffness, limit, slack: T::zero() });
         }
         if self.drives.has_own_torques {
             for (joint, torque) in self.stage.joints.iter_mut().zip(&self.drives.own_torque) {
@@ -269,12 +264,11 @@ impl<T: Real> Workspace<T> {
             }
         }
         if self.drives.backlash.is_any {
-            let axes = self.stage.joints.iter_mut().map(|joint| PlayedAxis {
-                drive: &mut joint.drive,
-                stiffness: joint.stiffness,
-                slack: &mut joint.slack,
-            });
-            self.drives.backlash.apply(c, kd, axes);
+            for (j, (joint, gains)) in self.stage.joints.iter_mut().zip(&self.drives.gains).enumerate() {
+                let (loss, slack) = self.drives.backlash.dead_zone(j, c, gains.kd, joint.stiffness);
+                joint.drive -= loss;
+                joint.slack = slack;
+            }
         }
         self.replace_broken_joints();
     }

@@ -30,7 +30,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             self.load_movables(members);
         }
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
-        self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
+        self.drives.backlash.load(|lane| (parameters(lane).backlash, &members.body(lane).warm_start.backlash));
         self.shares.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         self.motors.load(|lane| (parameters(lane).torque_limit, &members.body(lane).warm_start.gear_friction));
@@ -91,7 +91,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             let robot = members.robot(lane);
             let time = robot.body().state.time + end.lane(lane);
             let share = robot.body().parameters.torque_limit;
-            self.drives.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
+            let acts = members.system.controller.acts_until(time);
+            self.drives.strength.set_lane(lane, if acts { share } else { 0.0 });
             if robot.torques(time, &mut self.drives.torques) {
                 // Zero for the robots of the register that have none.
                 if !std::mem::replace(&mut self.drives.has_own_torques, true) {

@@ -1,3 +1,4 @@
+use crate::control::AxisGains;
 use crate::gait::CardanTarget;
 use crate::math::Real;
 use crate::robot::Breakage;
@@ -7,10 +8,11 @@ use crate::stepping::Backlash;
 /// What the joints follow in a stage, and how their actuators do.
 #[derive(Debug, Clone)]
 pub struct Drives<T: Real> {
-    /// Joint references at the end of the stage: yaw and pitch, angle and rate; and gains k_P, k_D.
+    /// Joint references at the end of the stage: yaw and pitch, angle and rate; and laws.
     pub target: Vec<[[T; 2]; 2]>,
-    pub gains: [T; 2],
-    pub torque_limit: T,
+    pub gains: Vec<[AxisGains<T>; 2]>,
+    /// Of the largest torques, 0 where actuators are off.
+    pub strength: T,
     /// Axes that joints do not have.
     pub absent: Vec<(usize, usize)>,
     /// Joints that are locked or limp.
@@ -30,11 +32,11 @@ impl<T: Real> Drives<T> {
         let joints = axes.len();
         Self {
             target: vec![[[zero; 2]; 2]; joints],
-            gains: [system.controller.kp, system.controller.kd].map(T::splat),
-            torque_limit: T::splat(f64::INFINITY),
+            gains: system.gains().iter().map(|joint| joint.map(AxisGains::splat)).collect(),
+            strength: T::splat(1.0),
             absent: (0..joints).flat_map(|j| [(j, 0), (j, 1)]).filter(|(j, axis)| !axes[*j].has(*axis)).collect(),
             broken: system.robot.broken.clone(),
-            backlash: Backlash::new(2 * joints),
+            backlash: Backlash::new(system.robot.backlash.iter().flatten().copied()),
             targets: vec![CardanTarget::default(); joints],
             has_own_torques: false,
             own_torque: vec![[zero; 2]; joints],

@@ -9,7 +9,7 @@ use crate::spatial::energy::work_of;
 use crate::spatial::spatial_vector::scaled;
 use crate::spatial::{Frame, StageDrive, StageLink, StageSolution, Twist, certify};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{ClosingRow, MovedAxis, PlayedAxis, SolvedStage, StageKernels};
+use crate::stepping::{ClosingRow, MovedAxis, SolvedStage, StageKernels};
 
 use super::{GroundForces, Kept, Workspace};
 
@@ -241,9 +241,10 @@ impl<T: Real> Workspace<T> {
                 let still = frame.ground_gap(link, end) - c * closing;
                 link.ground[end] = opening(still, self.motion.start_gap[i][end], c, elapsed);
             }
-            link.share = [T::splat(1.0); 2];
+            let factor = self.friction_factor[i];
+            link.share = [factor; 2];
             if self.shares.is_any {
-                link.share = [self.shares.share(2 * i), self.shares.share(2 * i + 1)];
+                link.share = [factor * self.shares.share(2 * i), factor * self.shares.share(2 * i + 1)];
             }
         }
     }
@@ -252,15 +253,16 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn fill_joints(&mut self) {
         let c = self.stage.coefficient;
-        let [kp, kd] = self.drives.gains;
+        let strength = self.drives.strength;
         self.stage.joints.clear();
-        for (base, target) in self.motion.base.angle.iter().zip(&self.drives.target) {
-            let [[yaw, yaw_rate], [pitch, pitch_rate]] = *target;
-            let (stiffness, limit, slack) = (c * (c * kp + kd), c * self.drives.torque_limit, T::zero());
-            self.stage.joints.push([
-                StageDrive { drive: c * (kp * (yaw - base[0]) + kd * yaw_rate), stiffness, limit, slack },
-                StageDrive { drive: c * (kp * (pitch - base[1]) + kd * pitch_rate), stiffness, limit, slack },
-            ]);
+        for ((base, target), gains) in self.motion.base.angle.iter().zip(&self.drives.target).zip(&self.drives.gains) {
+            let mut drives = [StageDrive::none(); 2];
+            for axis in 0..2 {
+                let [angle, rate] = target[axis];
+                let [drive, stiffness, limit] = gains[axis].stage(c, strength, angle - base[axis], rate);
+                drives[axis] = StageDrive { drive, stiffness, limit, slack: T::zero() };
+            }
+            self.stage.joints.push(drives);
         }
         if self.drives.has_own_torques {
             for (joint, torques) in self.stage.joints.iter_mut().zip(&self.drives.own_torque) {
@@ -269,12 +271,13 @@ impl<T: Real> Workspace<T> {
             }
         }
         if self.drives.backlash.is_any {
-            let axes = self.stage.joints.iter_mut().flatten().map(|axis| PlayedAxis {
-                drive: &mut axis.drive,
-                stiffness: axis.stiffness,
-                slack: &mut axis.slack,
-            });
-            self.drives.backlash.apply(c, kd, axes);
+            for (j, (joint, gains)) in self.stage.joints.iter_mut().zip(&self.drives.gains).enumerate() {
+                for (axis, (drive, gains)) in joint.iter_mut().zip(gains).enumerate() {
+                    let (loss, slack) = self.drives.backlash.dead_zone(2 * j + axis, c, gains.kd, drive.stiffness);
+                    drive.drive -= loss;
+                    drive.slack = slack;
+                }
+            }
         }
         // A locked joint is held at its reference, the angles at which it broke, by stiff springs without play or limit.
         for (j, breakage) in &self.drives.broken {

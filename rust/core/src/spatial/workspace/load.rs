@@ -18,7 +18,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     fn load<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
-        self.drives.backlash.load(|lane| (system.backlash(parameters(lane)), &members.body(lane).warm_start.backlash));
+        self.drives.backlash.load(|lane| (parameters(lane).backlash, &members.body(lane).warm_start.backlash));
         self.shares.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         self.motors.load(|lane| (parameters(lane).torque_limit, &members.body(lane).warm_start.gear_friction));
@@ -72,7 +72,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                 }
             }
             let share = robot.body().parameters.torque_limit;
-            self.drives.torque_limit.set_lane(lane, share * members.system.controller.limit_until(time));
+            let acts = members.system.controller.acts_until(time);
+            self.drives.strength.set_lane(lane, if acts { share } else { 0.0 });
         }
     }
 

@@ -40,6 +40,8 @@ pub struct Workspace<T: Real> {
     is_varied: bool,
     pub motion: Motion<T>,
     drives: Drives<T>,
+    /// Of each link, on the coefficients of friction of the ground.
+    friction_factor: Vec<T>,
     shares: FrictionShares<T>,
     /// Which spheres the ground carried at the start of the step.
     stood: Vec<[T::Mask; 2]>,
@@ -110,6 +112,7 @@ impl<T: Real> Workspace<T> {
             is_varied: false,
             motion: Motion::new(system),
             drives: Drives::new(system),
+            friction_factor: system.robot.links.iter().map(|link| T::splat(link.friction_factor)).collect(),
             shares: FrictionShares::new(2 * links, system.stribeck.speed, &system.patches),
             stood: vec![[T::Mask::of(|_| false); 2]; links],
             began_at_rest: T::Mask::of(|_| false),
