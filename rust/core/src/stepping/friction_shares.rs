@@ -121,7 +121,7 @@ impl<T: Real> FrictionShares<T> {
 
     /// Number of contacts.
     #[inline(always)]
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.factor.len()
     }
 

@@ -211,7 +211,7 @@ impl<T: Real> Workspace<T> {
             });
         }
         if self.shares.is_any {
-            for (i, link) in self.stage.links.iter_mut().enumerate().take(self.shares.len()) {
+            for (i, link) in self.stage.links.iter_mut().enumerate().take(self.shares.count()) {
                 let share = self.shares.share(i);
                 link.friction.x = link.friction.x * share;
                 link.friction.y = link.friction.y * share;
@@ -225,7 +225,7 @@ impl<T: Real> Workspace<T> {
             self.stage.spins.push(link.spin * c);
         }
         if self.shares.is_any {
-            for (i, spin) in self.stage.spins.iter_mut().enumerate().take(self.shares.len()) {
+            for (i, spin) in self.stage.spins.iter_mut().enumerate().take(self.shares.count()) {
                 *spin = *spin * self.shares.share(i);
             }
         }
