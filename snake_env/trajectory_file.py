@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import tokenize
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -123,7 +124,10 @@ def _write_npz(path: Path, arrays: Arrays, metadata: str) -> None:
 
 def _read_npz(path: Path) -> tuple[dict[str, Any], str]:
     with np.load(path, allow_pickle=False) as archive:
-        found = dict(archive)
+        try:
+            found = dict(archive)
+        except (SyntaxError, tokenize.TokenError) as error:  # NumPy parses headers as Python literals
+            raise ValueError(f"a damaged header: {error}") from None
     return found, str(found.pop("metadata"))
 
 
