@@ -38,7 +38,17 @@ ROOT = Path(__file__).resolve().parent.parent
 TIMER = Path(__file__).with_name("step_timer.py")
 HEAD = ("environment", "mode", "actions", "earlier [steps/s]", "later [steps/s]", "ratio", "quartiles")
 
-Env = Literal["SnakeCourse", "SnakeField", "SnakeFree", "SnakeCorridor", "SnakeSpatial"]
+Env = Literal[
+    "SnakeCourse",
+    "SnakeField",
+    "SnakeFree",
+    "SnakeCorridor",
+    "SnakeClutter",
+    "SnakeSpatial",
+    "SnakeTerrain",
+    "SnakePipe",
+    "SnakeClimb",
+]
 Batch = tuple[str, str, str, int]
 """Id of the environment, action mode, actions, robots."""
 

@@ -242,9 +242,10 @@ pub fn require_supported(
     let play = robot.backlash.largest();
     Feature::Backlash.require(on, play != 0.0, "robot.backlash", play)?;
     for (field, values) in [("kp", &robot.kp), ("kd", &robot.kd), ("torque_limit", &robot.torque_limit)] {
-        let (field, is_any) = (format!("robot.{field}"), values.is_some());
-        Feature::JointGains.require(on, is_any, &field, "gains")?;
-        require(!is_any || !is_io, &field, "gains", "None unless the controller is PD")?;
+        let Some(values) = values else { continue };
+        let (field, value) = (format!("robot.{field}"), values.largest());
+        Feature::JointGains.require(on, true, &field, value)?;
+        require(!is_io, &field, value, "None unless the controller is PD")?;
     }
     let factor = robot.friction_factor.values().iter().copied().find(|factor| *factor != 1.0);
     Feature::LinkFriction.require(on, factor.is_some(), "robot.friction_factor", factor.unwrap_or(1.0))?;
