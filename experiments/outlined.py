@@ -44,6 +44,11 @@ def disassemble(module: Path) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
+def has_names(disassembly: str) -> bool:
+    """Whether functions have names: wheels and `make build` strip them."""
+    return "snake_core::" in disassembly
+
+
 def is_possible() -> bool:
     """Whether the tool is installed."""
     return shutil.which("objdump") is not None
@@ -53,7 +58,10 @@ def main(arguments: list[str]) -> int:
     """Prints the list; the exit status is 1 where it has entries."""
     from snake_env import _native
 
-    found = outlined(disassemble(Path(arguments[0] if arguments else str(_native.__file__))))
+    disassembly = disassemble(Path(arguments[0] if arguments else str(_native.__file__)))
+    if not has_names(disassembly):
+        sys.exit("the module has no names of functions: give target/release/lib_native.so of `cargo build --release`")
+    found = outlined(disassembly)
     for name, calls in found.most_common():
         print(f"{calls:4d} {name}")
     return 1 if found else 0
