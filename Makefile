@@ -78,6 +78,7 @@ docs: build
 	$(BIN)/python -m snake_env card --write docs/environments.md
 	$(BIN)/python -m experiments.protocol_tables --write
 	$(BIN)/python -m experiments.architecture --write
+	$(BIN)/python -m experiments.notebooks --write
 
 # The simulator in a web page, docs/playground/: WebAssembly of rust/playground with three.js beside it.
 PLAYGROUND := docs/playground
@@ -88,8 +89,9 @@ NPM := $(or $(shell command -v npm),$(CURDIR)/$(BIN)/npm)
 
 playground: $(PLAYGROUND)/pkg/snake_playground_bg.wasm $(PLAYGROUND)/vendor/three.module.js
 	cp $(addprefix rust/playground/web/,index.html style.css main.js view.js charts.js) $(PLAYGROUND)
+	$(PYTHON) snake_env/palette.py > $(PLAYGROUND)/palette.js
 	mkdir -p $(PLAYGROUND)/policies
-	cp $(addprefix snake_env/policies/shipped/,general.safetensors isotropic.safetensors) $(PLAYGROUND)/policies
+	cp $(patsubst %,snake_env/policies/shipped/%.safetensors,general isotropic spatial spatial-field) $(PLAYGROUND)/policies
 
 $(PLAYGROUND)/pkg/snake_playground_bg.wasm: target/tools/bin/wasm-bindgen-$(BINDGEN) $(RUST_SOURCES)
 	rustup target add $(WASM)

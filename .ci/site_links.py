@@ -1,5 +1,6 @@
 """Hook of mkdocs: the README with the playground is the home page, links out of docs/ become plain text, and Sphinx
-roles of docstrings links. ``llms.txt`` lists the pages of the menu for programs that read them.
+roles of docstrings links. Pages that are notebooks, too, have a link that opens them in Colab. ``llms.txt`` lists the
+pages of the menu for programs that read them.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ PLAYGROUND = """
 The simulator itself runs in the frame above ([full page](playground/index.html){target=_blank}): drag pegs, pull the
 robot, change gait, friction and number of links, in the plane and in 3D; or watch a shipped policy.
 """
+COLAB = "https://colab.research.google.com/github"
 ROLE = re.compile(r":(?:attr|class|data|exc|func|meth|mod):<code>([^<]*)</code>")
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(((?![a-z]+://)[^)#\s]*)(#[^)]*)?\)")
 
@@ -55,7 +57,19 @@ def on_page_content(html: str, page: Any, config: Any, files: Files) -> str:
         target = max(targets, key=lambda one: here.startswith(one.removesuffix(name)), default=None)
         return f'<a href="#{target}"><code>{name}</code></a>' if target else f"<code>{name}</code>"
 
-    return ROLE.sub(named, html)
+    return _opens_in_colab(page, config) + ROLE.sub(named, html)
+
+
+def _opens_in_colab(page: Any, config: Any) -> str:
+    """A link, where the page is a notebook of `python -m experiments.notebooks` and the repository has an address."""
+    source = Path(page.file.src_uri)
+    if source.parent.name not in ("", "tutorials"):
+        return ""
+    notebook = f"docs/notebooks/{source.stem}.ipynb"
+    if not config["repo_url"] or not (Path(config["config_file_path"]).parent / notebook).exists():
+        return ""
+    owner_and_name = "/".join(config["repo_url"].rstrip("/").split("/")[-2:])
+    return f'<p><a href="{COLAB}/{owner_and_name}/blob/main/{notebook}">Open in Colab</a></p>'
 
 
 def on_nav(nav: Any, config: Any, files: Files) -> Any:

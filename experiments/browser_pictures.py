@@ -113,7 +113,7 @@ def sidewinding(opened: Any, folder: Path) -> Path:
     frames = []
     with served(PLAYGROUND) as url:
         page = opened_playground(opened, url, "model=spatial&task=free&driver=gait&paused&seed=1", FILM)
-        page.add_style_tag(content="#panel, #bar, #help, #measured { display: none }")
+        page.add_style_tag(content="#panel, #bar, #help, #measured, #steer { display: none !important }")
         page.evaluate("playground.view.camera.position.lerp(playground.view.controls.target, 0.35)")
         for _ in range(FILM_STEPS):
             page.evaluate("playground.step()")

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from snake_env.policies.loading import load_policy
     from snake_env.viewer.live import view
 
-LAZY_MODULES = ("sb3", "rsl_rl", "testing", "zoo", "policies", "evaluation")
+LAZY_MODULES = ("sb3", "rsl_rl", "rllib", "testing", "zoo", "policies", "evaluation")
 """Modules that ``import snake_env`` leaves out, since they import others; they are loaded when they are first named."""
 
 LAZY_NAMES = {

@@ -33,7 +33,7 @@ class Views:
 
     def image(self, i: int, state: State, scene: Scene) -> NDArray[np.uint8]:
         """Picture of robot ``i`` (height, width, 3)."""
-        return self._open(state).image(state, scene.with_obstacles_at(state.obstacle_position), self._trail(i))
+        return self._open(state).image(state, scene, self._trail(i))
 
     def show(self, state: State, scene: Scene, frames_per_second: int) -> None:
         """Shows robot 0 in a window, in real time."""
@@ -41,8 +41,7 @@ class Views:
 
         self._window = self._window or Window()
         canvas = self._open(state)
-        present = scene.with_obstacles_at(state.obstacle_position)
-        self._window.show(canvas.draw(state, present, self._trail(0)), frames_per_second)
+        self._window.show(canvas.draw(state, scene, self._trail(0)), frames_per_second)
         canvas.zoom(self._window.zoomed)
 
     def close(self) -> None:

@@ -272,6 +272,13 @@ def placed(obstacles: Sequence[Any], position: NDArray[np.float64]) -> list[Any]
     return [one if there is None else dataclasses.replace(one, x=there[0], y=there[1]) for one, there in pairs]
 
 
+def springs(obstacles: Sequence[Any], position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where springs hold discs, and where these are (s, 2, 2) [m]; the k that can be pushed are at (k, 2)."""
+    movable = filter(is_movable, obstacles)
+    ends = [[(one.x, one.y), at] for one, at in zip(movable, position, strict=True) if one.stiffness is not None]
+    return np.array(ends, np.float64).reshape(-1, 2, 2)
+
+
 def outlines(obstacles: Sequence[Any]) -> list[NDArray[np.float64]]:
     """Corners (k, 2) of the other vertical ones in order, two of a segment [m]."""
     return [_corners(one) for one in obstacles if isinstance(one, Segment | Box | Polygon)]

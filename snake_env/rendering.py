@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from snake_env._extras import extras
 from snake_env.config import Scene
-from snake_env.obstacles import circles, heights, outlines
+from snake_env.obstacles import circles, heights, outlines, springs
 from snake_env.palette import (
     BODY,
     FORCE,
@@ -24,6 +24,8 @@ from snake_env.palette import (
     MARK_WIDTH,
     PEG,
     PEG_HEIGHT,
+    SPRING,
+    SPRING_WIDTH,
     SUN,
     TRAIL,
     tint,
@@ -252,6 +254,8 @@ class TopView:
     def draw(self, state: State, scene: Scene, trail: Trail) -> pygame.Surface:
         """Picture as a surface."""
         trail.follow(state)
+        held = springs(scene.obstacles, state.obstacle_position)
+        scene = scene.with_obstacles_at(state.obstacle_position)
         self._camera.aim(state, scene, trail)
         self._surface.fill(GROUND)
         if self._picture.shows("obstacles"):
@@ -261,7 +265,7 @@ class TopView:
         layers = {
             "grid": lambda: self._draw_grid(),
             "goal": lambda: self._draw_goal(state),
-            "obstacles": lambda: self._draw_obstacles(scene),
+            "obstacles": lambda: self._draw_obstacles(scene, held),
             "trail": lambda: self._draw_trail(trail),
             "links": lambda: self._draw_links(state),
             "forces": lambda: self._draw_forces(state),
@@ -364,7 +368,8 @@ class TopView:
         for _, face, colour in sorted(faces, key=lambda one: one[0]):
             self._polygon(face, colour)
 
-    def _draw_obstacles(self, scene: Scene) -> None:
+    def _draw_obstacles(self, scene: Scene, held: Array) -> None:
+        """And springs, a line each from where it holds a peg to the peg's centre."""
         self._draw_bodies(scene)
         round_ones, others = heights(scene.obstacles)
         drawn: list[tuple[float | None, Any]] = [
@@ -381,6 +386,9 @@ class TopView:
             if len(shape) > 2:
                 self._polygon(shape, colour)
             self._line(shape[0], shape[-1], colour, 3)
+        for home, place in held:
+            self._line(home, place, SPRING, 4)
+            self._disc(home, SPRING_WIDTH, SPRING)
 
     def _draw_trail(self, trail: Trail) -> None:
         if len(trail.points) > 1:

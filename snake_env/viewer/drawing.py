@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env._extras import extras
-from snake_env.obstacles import circles, heights, outlines, placed
+from snake_env.obstacles import circles, heights, outlines, placed, springs
 from snake_env.palette import (
     BODY,
     EARTH,
@@ -22,6 +22,8 @@ from snake_env.palette import (
     MARK_WIDTH,
     PEG,
     PEG_HEIGHT,
+    SPRING,
+    SPRING_WIDTH,
     SUN,
     TRAIL,
     Colour,
@@ -64,6 +66,7 @@ class Drawing:
         self.solids: list[Any] = []
         """Handles of obstacles and links, which can be clicked."""
         self._pegs: Any = None
+        self._springs: Any = None
         self._light()
         self._ground(frames)
         self._obstacles(frames)
@@ -110,14 +113,30 @@ class Drawing:
         for k, patch in enumerate(frames.scene.patches):
             # The later ones, which count, over the others.
             flat = _prism(np.array(patch.vertices), 0.25 * RISE * (1.0 + k / len(frames.scene.patches)))
-            look: dict[str, Any] = {"color": tint(patch.factor), "side": "double"}
+            look: dict[str, Any] = {"color": tint(patch.factor), "cast_shadow": False}
             self._scene.add_mesh_simple(f"/patches/{k}", flat.vertices, flat.faces, **look)
         for k, (corners, one) in enumerate(zip(outlines(frames.scene.obstacles), others, strict=True)):
             wall = _prism(corners, PEG_HEIGHT if one is None else one)
             made = self._scene.add_mesh_simple(f"/walls/{k}", wall.vertices, wall.faces, color=PEG, side="double")
             self.solids.append(made)
+        self._hold(frames)
         self._surfaces("/fields", fields(frames.scene.obstacles), EARTH)
         self._surfaces("/bodies", bodies(frames.scene.obstacles), PEG)
+
+    def _hold(self, frames: Frames) -> None:
+        """Springs of pegs that yield: marks where they hold them, and lines from there to the pegs."""
+        held = springs_in(frames, 0)
+        if len(held):
+            mark = trimesh.creation.cylinder(radius=SPRING_WIDTH, height=RISE)
+            self._scene.add_batched_meshes_simple(
+                "/anchors",
+                mark.vertices,
+                mark.faces,
+                batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(held), 1)),
+                batched_positions=held[:, 0],
+                batched_colors=SPRING,
+            )
+            self._springs = self._scene.add_line_segments("/springs", held, SPRING, thickness=0.01)
 
     def _surfaces(self, name: str, obstacles: Sequence[Any], colour: Colour) -> None:
         for k, one in enumerate(obstacles):
@@ -179,12 +198,21 @@ class Drawing:
         if frames.obstacle_position.shape[1]:
             discs = np.array(circles(placed(frames.scene.obstacles, frames.obstacle_position[k])))
             self._pegs.batched_positions = np.c_[discs[:, 1:], self._pegs.batched_positions[:, 2]]
+        if self._springs is not None:
+            self._springs.points = springs_in(frames, k)
         for rows, handle in self._shapes:
             handle.batched_positions = frames.position[k, rows]
             handle.batched_wxyzs = frames.quaternion[k, rows]
         points = arrows(frames.position[k], frames.force[k])
         self._arrows.visible = points is not NO_ARROW
         self._arrows.points = points
+
+
+def springs_in(frames: Frames, k: int) -> Array:
+    """Both ends of the springs in a frame, above the pegs (s, 2, 3) [m]."""
+    position = frames.obstacle_position[k] if frames.obstacle_position.shape[1] else np.empty((0, 2))
+    ends = springs(frames.scene.obstacles, position)
+    return np.concatenate([ends, np.full((len(ends), 2, 1), PEG_HEIGHT + RISE)], axis=2)
 
 
 def arrows(position: Array, force: Array) -> Array:

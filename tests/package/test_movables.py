@@ -163,6 +163,30 @@ def test_a_peg_that_yields_survives_files_and_gives_way_up_to_its_stop(tmp_path)
         np.testing.assert_array_equal(env.state().obstacle_position, place)
 
 
+def test_pictures_and_viewer_show_how_far_a_spring_is_drawn_out():
+    pytest.importorskip("pygame")
+    pytest.importorskip("viser")
+    from snake_env.palette import SPRING, SPRING_WIDTH
+    from snake_env.viewer.drawing import springs_in
+    from snake_env.viewer.frames import Frames
+
+    scene = Scene(obstacles=[(0.1, 0.4, 0.6), FAR, YIELDS], friction=(0.1, 0.6))
+    picture = {"camera": "fixed", "centre": (YIELDS.x, YIELDS.y), "layers": ("obstacles",), "zoom": 4.0}
+    with closing(SnakeEnv(scene=scene, start=AHEAD, start_jitter=0.0, render_mode="rgb_array", picture=picture)) as env:
+        env.reset(seed=0)
+        while np.linalg.norm(env.state().obstacle_position[1] - [YIELDS.x, YIELDS.y]) < 0.02:
+            env.step(np.zeros(env.action_space.shape))
+        place = env.state().obstacle_position[1]
+        drawn = np.argwhere((env.render() == SPRING).all(axis=2))[:, ::-1] - [400, 240]
+        ((home, peg),) = springs_in(Frames.of_states([env.state()], env.scene()), 0)
+    np.testing.assert_allclose([home[:2], peg[:2]], [[YIELDS.x, YIELDS.y], place])
+    pixels = 4.0 * 800 / 2.8
+    way = pixels * (place - home[:2]) * [1.0, -1.0]
+    along = drawn @ way / np.linalg.norm(way)
+    assert along.min() == pytest.approx(-pixels * SPRING_WIDTH, abs=2.0)
+    assert along.max() == pytest.approx(max(pixels * SPRING_WIDTH, np.linalg.norm(way)), abs=3.0)
+
+
 def test_a_peg_yields_under_its_weight_as_in_mujoco():
     """Down a slope: one swings about its rest, one with friction stops before it, one meets its stop."""
     mujoco = pytest.importorskip("mujoco")

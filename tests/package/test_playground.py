@@ -18,6 +18,9 @@ pytestmark = [
     pytest.mark.skipif(not (pictures.PLAYGROUND / "pkg").exists(), reason="built by `make playground`"),
 ]
 SIZE = {"width": 900, "height": 600}
+PHONES = [{"width": 360, "height": 740}, {"width": 412, "height": 915}, {"width": 740, "height": 360}]
+TOUCHED = 44
+"""Least width and height of what a finger touches [pixels]."""
 SEED = 3
 RESIDUAL = 1e-4
 """The tolerance of the solver [m/s], below any speed that is seen."""
@@ -35,8 +38,8 @@ def playground(opened):
     pages, fetched = [], []
     with pictures.served(pictures.PLAYGROUND) as url:
 
-        def visit(query):
-            page = opened.new_page(viewport=SIZE)
+        def visit(query, size=SIZE):
+            page = opened.new_page(viewport=size, has_touch=size is not SIZE)
             told = []
             page.on("pageerror", lambda error: told.append(str(error)))
             page.on("request", lambda request: fetched.append(request.url))
@@ -63,16 +66,9 @@ def steps(page, count):
 
 
 def environment(**options):
-    env = gymnasium.make_vec(
-        "SnakeField-v1",
-        num_envs=1,
-        action_mode="residual",
-        perception="body",
-        nearest_pegs=8,
-        max_episode_steps=2400,
-        termination={"left_corridor": False},
-        **options,
-    )
+    common = {"action_mode": "residual", "perception": "body", "nearest_pegs": 8, "max_episode_steps": 2400}
+    options = common | {"termination": {"left_corridor": False}} | options
+    env = gymnasium.make_vec("SnakeField-v1", num_envs=1, **options)
     observation, _ = env.reset(seed=[SEED])
     return env, observation
 
@@ -100,6 +96,26 @@ def test_a_shipped_policy_drives_as_it_does_in_python(playground):
     place = numbers(page, "links()").reshape(-1, 7)[:, :2]
     np.testing.assert_allclose(place, env.unwrapped.state().link_position[0], rtol=0, atol=1e-4)
     assert env.unwrapped.state().distance[0] > 0.15
+
+
+@pytest.mark.parametrize(
+    ("policy", "options"),
+    [("spatial", {"task": "free", "goal_distance": 5.0}), ("spatial-field", {"task": "field"})],
+)
+def test_a_policy_in_3d_drives_as_it_does_in_python(playground, policy, options):
+    page = playground(f"model=spatial&task={options['task']}&paused")
+    assert page.locator("#driver").input_value() == policy, "the scene's policy drives where none is chosen"
+    actor = snake_env.load_policy(policy)
+    env, observation = environment(model="spatial", friction=(0.2, 0.2), **actor.env_options, **options)
+    actor.begin(env.unwrapped.layout, 1)
+    steps(page, 20)
+    for _ in range(20):
+        observation, *_ = env.step(actor(observation))
+    place = numbers(page, "links()").reshape(-1, 7)[:, :3]
+    np.testing.assert_allclose(place, env.unwrapped.state().link_position[0], rtol=0, atol=1e-4)
+    page.locator("#preset-rolling").click()
+    steps(page, 20)
+    assert page.locator("#driver").input_value() == "gait"
 
 
 def test_the_robot_moves_in_real_time_or_faster(playground):
@@ -229,3 +245,93 @@ def test_keys_steer(playground):
     page.keyboard.up("ArrowRight")
     steps(page, 1)
     assert numbers(page, "action()")[3] == pytest.approx(0.0, abs=0.05)
+
+
+def double_click(page, x, y, z=0.0):
+    page.wait_for_timeout(500)
+    page.mouse.dblclick(*page.evaluate(f"playground.view.pixel({x}, {y}, {z})"))
+
+
+def test_a_peg_on_a_spring_gives_way_up_to_its_stop_and_comes_back(playground):
+    page = playground("task=free&driver=gait&paused")
+    page.locator("#tool").select_option("spring")
+    x, y = numbers(page, "links()").reshape(-1, 7)[5, :2]
+    double_click(page, x, y + 0.3)
+    ((number, *home),) = numbers(page, "springs()").reshape(-1, 3)
+    assert number == 0
+    before = numbers(page, "pegs()")
+    np.testing.assert_array_equal(before[1:], home)
+    drag(page, (x, y, 0.05), (x, y + 0.8, 0.05))
+    far = []
+    for _ in range(40):
+        steps(page, 1)
+        far.append(np.linalg.norm(numbers(page, "pegs()")[1:] - home))
+    assert 0.05 < max(far) < 0.101
+    page.mouse.up()
+    page.evaluate("playground.robot.move_peg(0, -5, 0)")  # away from the robot, with its spring
+    steps(page, 60)
+    np.testing.assert_allclose(numbers(page, "pegs()")[1:], [-5.0, 0.0], atol=1e-3)
+    np.testing.assert_allclose(numbers(page, "springs()")[1:], [-5.0, 0.0])
+    assert page.evaluate("JSON.parse(playground.robot.signals()).diverged") == 0.0
+
+
+def test_discs_are_pushed_and_stay_where_they_were_pushed_when_another_is_dragged(playground):
+    page = playground("task=clutter&paused")
+    assert len(numbers(page, "springs()")) == 0
+    before = numbers(page, "pegs()").reshape(-1, 3)
+    steps(page, 120)
+    after = numbers(page, "pegs()").reshape(-1, 3)
+    moved = np.hypot(*(after - before)[:, 1:].T)
+    assert moved.max() > 0.01
+    far = int(np.argmin(moved))
+    page.evaluate(f"playground.robot.move_peg({far}, 8, 3)")
+    dragged = numbers(page, "pegs()").reshape(-1, 3)
+    np.testing.assert_array_equal(np.delete(dragged, far, 0), np.delete(after, far, 0))
+    np.testing.assert_allclose(dragged[far, 1:], [8.0, 3.0])
+
+
+def test_a_patch_of_ice_is_laid_and_taken_away(playground):
+    page = playground("task=free&driver=isotropic&paused")
+    observed, place = len(numbers(page, "observation()")), numbers(page, "links()")
+    page.evaluate("document.getElementById('tool').value = 0.1")
+    x, y = place.reshape(-1, 7)[0, :2]
+    double_click(page, x + 0.25, y)
+    (patch,) = page.evaluate("playground.patches")
+    assert patch["factor"] == 0.1
+    np.testing.assert_allclose(np.mean(patch["vertices"], axis=0), [x + 0.25, y], atol=0.02)
+    np.testing.assert_array_equal(numbers(page, "links()"), place)
+    assert len(numbers(page, "observation()")) == observed, "the policy goes on"
+    steps(page, 40)
+    on_ice = numbers(page, "links()")
+    double_click(page, x + 0.5, y + 0.2)
+    assert page.evaluate("playground.patches") == []
+    page.evaluate("document.getElementById('restart').click()")
+    steps(page, 40)
+    assert page.locator("#driver").input_value() == "isotropic"
+    assert np.abs(numbers(page, "links()") - on_ice).max() > 1e-3
+
+
+@pytest.mark.parametrize("size", PHONES, ids=lambda size: f"{size['width']}x{size['height']}")
+def test_a_phone_has_room_for_fingers(playground, size):
+    page = playground("task=free&driver=gait&paused", size)
+    for _ in range(2):
+        assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
+        for one in page.locator("button:visible, select:visible, input:visible").all():
+            box = one.bounding_box()
+            assert min(box["width"], box["height"]) >= TOUCHED, one.get_attribute("id")
+            assert box["x"] >= 0.0
+            assert box["x"] + box["width"] <= size["width"]
+        page.locator("#more").tap()
+    page.wait_for_function("playground.view.height === document.getElementById('stage').clientHeight")
+    link = numbers(page, "links()").reshape(-1, 7)[:, :2].mean(axis=0)
+    x, y = page.evaluate(f"playground.view.pixel({link[0]}, {link[1] + 0.25}, 0)")
+    assert 0 < x < size["width"]
+    assert 0 < y < size["height"]
+    touch = page.context.new_cdp_session(page)
+    for phase in ("Start", "End") * 2:  # at one time, however busy the machine is
+        points = [{"x": x, "y": y}] if phase == "Start" else []
+        touch.send("Input.dispatchTouchEvent", {"type": f"touch{phase}", "touchPoints": points, "timestamp": 1.0})
+    assert len(numbers(page, "pegs()")) == 3
+    page.locator("[data-key=ArrowRight]").dispatch_event("pointerdown")
+    steps(page, 1)
+    assert numbers(page, "action()")[3] > 0.2

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -104,13 +106,14 @@ def test_the_caption_has_the_scale_of_the_forces(scale):
 
 
 def test_the_playground_has_the_same_look():
+    """It imports what the palette writes as a program, without the package."""
+    written = subprocess.run([sys.executable, palette.__file__], capture_output=True, text=True, check=True).stdout
+    exported = dict(re.findall(r"export const (\w+) = (.*);", written))
+    for name in ("HEAD", "FORCE", "SPRING"):
+        assert int(exported[name], 16).to_bytes(3, "big") == bytes(getattr(palette, name))
+    assert float(exported["FORCE_SCALE"]) == palette.FORCE_SCALE
     page = (Path(__file__).parents[2] / "rust/playground/web/view.js").read_text(encoding="utf-8")
-    for name in ("BODY", "HEAD", "MARK", "PEG", "FORCE", "TRAIL", "GOAL"):
-        colour = getattr(palette, name)
-        value = int(re.search(rf"\b{name} = 0x(\w+)", page)[1], 16)
-        assert value.to_bytes(3, "big") == bytes(colour[0] if name == "BODY" else colour), name
-    for name in ("PEG_HEIGHT", "MARK_WIDTH", "FORCE_SCALE", "LONGEST_ARROW"):
-        assert float(re.search(rf"\b{name} = ([\d.]+)", page)[1]) == getattr(palette, name), name
+    assert set(re.search(r"import {(.*)} from \"./palette.js\"", page)[1].replace(" ", "").split(",")) == set(exported)
 
 
 @pytest.mark.parametrize("height", [0.2, 0.6, 1.5])

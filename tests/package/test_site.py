@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+ADDRESS = "https://host/me/snake"
 pytestmark = pytest.mark.timeout(900)  # the notebooks are executed
 
 
@@ -19,7 +21,8 @@ def site(tmp_path_factory):
     pytest.importorskip("mkdocstrings")
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    settings = {**os.environ, "REPOSITORY": ADDRESS}
+    done = subprocess.run(command, cwd=ROOT, env=settings, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -52,3 +55,16 @@ def test_programs_find_the_pages_in_a_list(site):
     assert len(rows) > 25
     assert all((site / target).exists() for _, target, _ in rows)
     assert sum(len(words) > 20 for _, _, words in rows) > 20
+
+
+def test_pages_that_are_notebooks_open_in_colab(site):
+    found = {
+        str(page.parent.relative_to(site)): link
+        for page in site.rglob("*.html")
+        for link in re.findall(r'href="(https://colab[^"]*)"', page.read_text(encoding="utf-8"))
+    }
+    assert set(found) == {"simulate", "training", "tutorials/spatial"}
+    for link in found.values():
+        owner, name, path = re.fullmatch(r"https://colab[^/]*/github/(\w+)/(\w+)/blob/main/(.*)", link).groups()
+        assert f"https://host/{owner}/{name}" == ADDRESS
+        assert (ROOT / path).exists()

@@ -10,6 +10,7 @@ mod shown;
 use serde_json::json;
 use snake_core::environment::action::ActionEntry;
 use snake_core::environment::{EnvConfig, ModelKind, PlanarRobot, SpatialRobot};
+use snake_core::obstacles::Peg;
 use wasm_bindgen::prelude::*;
 
 use policy::Policy;
@@ -54,7 +55,7 @@ impl Playground {
         self.play.reset(u64::from(seed));
     }
 
-    /// Entries of the action and shape of the links, as JSON.
+    /// Entries of the action, blocks of the observation and shape of the links, as JSON.
     pub fn layout(&self) -> String {
         let describe = |entry: &ActionEntry| {
             json!({"name": entry.name, "low": entry.low(), "high": entry.high(), "centre": entry.centre,
@@ -63,7 +64,7 @@ impl Playground {
         let entries: Vec<_> = self.play.actions().iter().map(describe).collect();
         let robot = self.play.robot();
         let links: Vec<_> = robot.links.iter().map(|link| [link.contact_half_length, link.radius]).collect();
-        json!({"action": entries, "links": links, "control_period": self.play.control_period(),
+        json!({"action": entries, "blocks": self.play.blocks(), "links": links, "control_period": self.play.control_period(),
                "torque_limit": self.play.torque_limit()})
         .to_string()
     }
@@ -117,19 +118,28 @@ impl Playground {
         self.play.joint_torque()
     }
 
-    /// Radius, x and y of each peg \[m\].
+    /// Radius, x and y of each peg, where it is \[m\].
     pub fn pegs(&self) -> Vec<f64> {
         self.play.pegs().iter().flat_map(|peg| [peg.radius, peg.x, peg.y]).collect()
     }
 
-    /// Moves a peg towards a point \[m\]; it stops where it would touch the robot.
+    /// Of each peg on a spring its number, and x and y of the place where the spring holds it \[m\].
+    pub fn springs(&self) -> Vec<f64> {
+        self.play.springs().iter().flat_map(|(peg, home)| [*peg as f64, home.x, home.y]).collect()
+    }
+
+    /// Moves a peg towards a point \[m\]; it stops where it would touch the robot, or something that moves.
     pub fn move_peg(&mut self, peg: usize, x: f64, y: f64) {
         self.play.move_peg(peg, x, y);
     }
 
-    /// Adds a peg, or returns false where the robot is in its place.
-    pub fn add_peg(&mut self, radius: f64, x: f64, y: f64) -> bool {
-        self.play.add_peg(radius, x, y)
+    /// Adds a peg, `fixed`, on a `spring` or `loose`, or returns false where the robot is in its place.
+    ///
+    /// # Errors
+    /// There is no such kind.
+    pub fn add_peg(&mut self, kind: &str, radius: f64, x: f64, y: f64) -> Result<bool, JsError> {
+        let kind = serde_json::from_value(kind.into())?;
+        Ok(self.play.add_peg(kind, Peg { radius, x, y }))
     }
 
     pub fn remove_peg(&mut self, peg: usize) {

@@ -1,11 +1,15 @@
 //! One environment with what drives its robot, and the changes that a hand makes to it.
 
+use std::sync::Arc;
+
 use nalgebra::{Vector2, Vector3};
+use serde::Deserialize;
 use snake_core::ConfigError;
 use snake_core::environment::action::ActionEntry;
 use snake_core::environment::signal::{SignalInfo, signals_of};
-use snake_core::environment::{EnvConfig, Environment, Outcome};
-use snake_core::obstacles::Peg;
+use snake_core::environment::{EnvConfig, Environment, ModelKind, Outcome};
+use snake_core::obstacles::{Obstacle, ObstacleGrid, Peg, Shape, Spring};
+use snake_core::planar::Moved;
 use snake_core::robot::Robot;
 
 use crate::policy::Policy;
@@ -20,7 +24,7 @@ pub trait Play {
     fn step(&mut self);
     fn pull(&mut self, pull: Option<(usize, Vector3<f64>)>);
     fn move_peg(&mut self, peg: usize, x: f64, y: f64);
-    fn add_peg(&mut self, radius: f64, x: f64, y: f64) -> bool;
+    fn add_peg(&mut self, kind: Kind, peg: Peg) -> bool;
     fn remove_peg(&mut self, peg: usize);
 
     fn actions(&self) -> &[ActionEntry];
@@ -31,7 +35,9 @@ pub trait Play {
     fn contact_force(&self) -> Vec<f64>;
     fn joint_torque(&self) -> Vec<f64>;
     fn pull_force(&self) -> Vector3<f64>;
-    fn pegs(&self) -> &[Peg];
+    fn blocks(&self) -> Vec<&'static str>;
+    fn pegs(&self) -> Vec<Peg>;
+    fn springs(&self) -> Vec<(usize, Peg)>;
     fn goal(&self) -> [f64; 3];
     fn observation(&self) -> &[f32];
     fn action(&self) -> &[f64];
@@ -39,6 +45,48 @@ pub trait Play {
     fn residual(&self) -> f64;
     fn worst_residual(&self) -> f64;
     fn has_ended(&self) -> bool;
+}
+
+/// Pegs that a hand can add.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// Does not move.
+    Fixed,
+    /// Gives way on a spring up to a stop; the planar model only.
+    Spring,
+    /// Lies on the ground and can be pushed; the planar model only.
+    Loose,
+}
+
+/// A round obstacle, and its motion if it can move.
+#[derive(Debug, Clone)]
+struct Placed {
+    obstacle: Obstacle,
+    moved: Option<Moved>,
+}
+
+impl Placed {
+    /// Where it is when nothing has moved it.
+    fn home(&self) -> Peg {
+        match self.obstacle.shape {
+            Shape::Circle(peg) => peg,
+            // The page has no tasks with others.
+            _ => Peg { radius: 0.0, x: f64::NAN, y: f64::NAN },
+        }
+    }
+
+    /// Where it is.
+    fn peg(&self) -> Peg {
+        let home = self.home();
+        self.moved.map_or(home, |Moved { pose, .. }| Peg { x: pose.x, y: pose.y, ..home })
+    }
+
+    /// Carries it to another place, where it is at rest.
+    fn carry(&mut self, peg: Peg) {
+        self.obstacle.shape = Shape::Circle(peg);
+        self.moved = self.moved.map(|_| Moved { pose: Vector3::new(peg.x, peg.y, 0.0), twist: Vector3::zeros() });
+    }
 }
 
 /// An environment and its driver.
@@ -54,8 +102,8 @@ pub struct Session<M: 'static> {
     /// Drives the robot; without one `action` stays as it is.
     policy: Option<Policy>,
     action: Vec<f64>,
-    /// The pegs in the order in which the page knows them.
-    pegs: Vec<Peg>,
+    /// In the order in which the page knows them.
+    pegs: Vec<Placed>,
     /// Link that is pulled, and where to \[m\].
     pull: Option<(usize, Vector3<f64>)>,
     pull_force: Vector3<f64>,
@@ -75,22 +123,47 @@ impl<M: Shown> Session<M> {
             signals: signals_of::<M>(),
             worst_residual: 0.0,
             policy: None,
-            pegs: environment.pegs().to_vec(),
+            pegs: Vec::new(),
             pull: None,
             pull_force: Vector3::zeros(),
             config: config.clone(),
             environment,
         };
         session.environment.observe(&mut session.observation);
+        session.find_pegs();
         Ok(session)
+    }
+
+    /// Takes over the pegs of the environment.
+    fn find_pegs(&mut self) {
+        let obstacles = self.environment.obstacles();
+        let mut moved = self.environment.model_mut().movables_mut().iter().copied();
+        let of = |obstacle: Obstacle| {
+            let moved = obstacle.mass.and_then(|_| moved.next());
+            Placed { obstacle, moved }
+        };
+        self.pegs = obstacles.into_iter().map(of).collect();
+    }
+
+    /// Notes where those are that move.
+    fn follow_pegs(&mut self) {
+        let moving = self.pegs.iter_mut().filter_map(|peg| peg.moved.as_mut());
+        for (known, now) in moving.zip(self.environment.model_mut().movables_mut()) {
+            *known = *now;
+        }
     }
 
     /// Replaces the pegs; the time since the start, on which the choice of steps depends, goes on.
     fn place_pegs(&mut self) {
+        let obstacles: Vec<_> = self.pegs.iter().map(|peg| peg.obstacle.clone()).collect();
         let simulation = self.environment.model_mut().simulation_mut();
         let clock = simulation.body().clock;
-        simulation.set_scene_pegs(&self.pegs);
+        simulation.set_obstacles(Arc::new(ObstacleGrid::of(&obstacles)));
         simulation.body_mut().clock = clock;
+        let moving = self.pegs.iter().filter_map(|peg| peg.moved);
+        for (now, known) in self.environment.model_mut().movables_mut().iter_mut().zip(moving) {
+            *now = known;
+        }
         self.environment.observe(&mut self.observation);
     }
 
@@ -106,11 +179,25 @@ impl<M: Shown> Session<M> {
         (peg.radius + model.robot().links[link].radius - apart.norm(), out)
     }
 
-    /// The place nearest to a peg's, roughly, at which it does not touch the robot.
-    fn beside_robot(&self, mut peg: Peg) -> Option<Peg> {
+    /// How far a peg overlaps another one \[m\], and the direction out of it; fixed ones may overlap.
+    fn overlap_of_pegs(&self, peg: &Peg, moves: bool, other: &Placed) -> (f64, Vector2<f64>) {
+        if !moves && other.moved.is_none() {
+            return (0.0, Vector2::y());
+        }
+        let there = other.peg();
+        let apart = Vector2::new(peg.x - there.x, peg.y - there.y);
+        (peg.radius + there.radius - apart.norm(), apart.try_normalize(0.0).unwrap_or_else(Vector2::y))
+    }
+
+    /// The place nearest to a peg's, roughly, at which it touches neither the robot nor, where one of both moves, another
+    /// peg than that with a number.
+    fn beside(&self, mut peg: Peg, moves: bool, number: usize) -> Option<Peg> {
         let links = self.environment.robot().link_count();
         for _ in 0..ATTEMPTS {
-            let deepest = (0..links).map(|link| self.overlap(&peg, link)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+            let of_links = (0..links).map(|link| self.overlap(&peg, link));
+            let others = self.pegs.iter().enumerate().filter(|(other, _)| *other != number);
+            let of_pegs = others.map(|(_, other)| self.overlap_of_pegs(&peg, moves, other));
+            let deepest = of_links.chain(of_pegs).max_by(|a, b| a.0.total_cmp(&b.0))?;
             if deepest.0 <= 0.0 {
                 return Some(peg);
             }
@@ -135,7 +222,7 @@ impl<M: Shown> Session<M> {
 impl<M: Shown> Play for Session<M> {
     fn reset(&mut self, seed: u64) {
         self.outcome = self.environment.reset(Some(seed), &mut self.observation);
-        self.pegs = self.environment.pegs().to_vec();
+        self.find_pegs();
         self.pull = None;
         self.pull_force = Vector3::zeros();
         self.worst_residual = 0.0;
@@ -181,6 +268,7 @@ impl<M: Shown> Play for Session<M> {
         }
         self.apply_pull();
         self.outcome = self.environment.step(&self.action, &mut self.observation);
+        self.follow_pegs();
         self.worst_residual = self.worst_residual.max(self.residual());
     }
 
@@ -188,17 +276,30 @@ impl<M: Shown> Play for Session<M> {
         self.pull = pull.filter(|(link, _)| *link < self.environment.robot().link_count());
     }
 
-    fn move_peg(&mut self, peg: usize, x: f64, y: f64) {
-        let Some(before) = self.pegs.get(peg) else { return };
-        if let Some(moved) = self.beside_robot(Peg { x, y, ..*before }) {
-            self.pegs[peg] = moved;
+    fn move_peg(&mut self, number: usize, x: f64, y: f64) {
+        let Some(before) = self.pegs.get(number) else { return };
+        if let Some(moved) = self.beside(Peg { x, y, ..before.peg() }, before.moved.is_some(), number) {
+            self.pegs[number].carry(moved);
             self.place_pegs();
         }
     }
 
-    fn add_peg(&mut self, radius: f64, x: f64, y: f64) -> bool {
-        let Some(peg) = self.beside_robot(Peg { radius, x, y }) else { return false };
-        self.pegs.push(peg);
+    fn add_peg(&mut self, kind: Kind, peg: Peg) -> bool {
+        let (moves, number) = (kind != Kind::Fixed, self.pegs.len());
+        if moves && M::KIND != ModelKind::Planar {
+            return false;
+        }
+        let Some(peg) = self.beside(peg, moves, number) else { return false };
+        let mut obstacle = Obstacle::from(peg);
+        if moves {
+            obstacle.mass = Some(PEG_MASS);
+        }
+        if kind == Kind::Spring {
+            obstacle.spring = Some(SPRING);
+            obstacle.ground_friction = 0.0;
+        }
+        let at_rest = Moved { pose: Vector3::new(peg.x, peg.y, 0.0), twist: Vector3::zeros() };
+        self.pegs.push(Placed { obstacle, moved: moves.then_some(at_rest) });
         self.place_pegs();
         true
     }
@@ -247,8 +348,17 @@ impl<M: Shown> Play for Session<M> {
         self.pull_force
     }
 
-    fn pegs(&self) -> &[Peg] {
-        &self.pegs
+    fn blocks(&self) -> Vec<&'static str> {
+        self.environment.observation_blocks().iter().map(|block| block.row.name).collect()
+    }
+
+    fn pegs(&self) -> Vec<Peg> {
+        self.pegs.iter().map(Placed::peg).collect()
+    }
+
+    fn springs(&self) -> Vec<(usize, Peg)> {
+        let held = self.pegs.iter().enumerate().filter(|(_, peg)| peg.obstacle.spring.is_some());
+        held.map(|(number, peg)| (number, peg.home())).collect()
     }
 
     fn goal(&self) -> [f64; 3] {
@@ -305,3 +415,7 @@ const ATTEMPTS: usize = 16;
 const STIFFNESS: f64 = 60.0;
 const DAMPING: f64 = 6.0;
 const LARGEST_PULL: f64 = 30.0;
+
+/// Of pegs that move \[kg\], and of those on springs.
+const PEG_MASS: f64 = 0.5;
+const SPRING: Spring = Spring { stiffness: 100.0, damping: 5.0, travel: Some(0.1) };

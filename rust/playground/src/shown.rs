@@ -2,6 +2,7 @@
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use snake_core::environment::{PlanarRobot, RobotModel, SpatialRobot};
+use snake_core::planar::Moved;
 
 /// A robot model that the page can show.
 pub trait Shown: RobotModel {
@@ -16,6 +17,11 @@ pub trait Shown: RobotModel {
 
     /// Torques of the actuators, in 3D yaw and pitch of each joint \[N m\].
     fn joint_torque(&self) -> Vec<f64>;
+
+    /// The obstacles that can be pushed, in the order of the scene; there are none in 3D.
+    fn movables_mut(&mut self) -> &mut [Moved] {
+        &mut []
+    }
 
     /// Ends of the centre line of a link, seen from above \[m\].
     fn centre_line(&self, link: usize) -> [Vector2<f64>; 2] {
@@ -44,6 +50,10 @@ impl Shown for PlanarRobot {
 
     fn joint_torque(&self) -> Vec<f64> {
         self.simulation.joint_torque().to_vec()
+    }
+
+    fn movables_mut(&mut self) -> &mut [Moved] {
+        &mut self.simulation.body_mut().state.movables
     }
 }
 

@@ -5,13 +5,20 @@ import start, { Playground, policy_environment } from "./pkg/snake_playground.js
 import { Strip, bars } from "./charts.js";
 import { View, between, groundPoint } from "./view.js";
 
-const TASKS = {field: "random field of pegs", course: "course of the thesis", perturbed: "course, pegs out of place", maze: "lattice of posts", corridor: "corridor of pegs", free: "no pegs"};
-// Policies that the Python package ships, and the tasks of the planar robot that each is for.
-const POLICIES = {general: ["field", "course", "perturbed", "maze", "corridor"], isotropic: ["free"]};
+const TASKS = {field: "random field of pegs", course: "course of the thesis", perturbed: "course, pegs out of place", maze: "lattice of posts", corridor: "corridor of pegs", clutter: "discs that can be pushed", free: "no pegs"};
+// Policies that the Python package ships, and the tasks of each model that they are for.
+const POLICIES = {
+  planar: {general: ["field", "course", "perturbed", "maze", "corridor", "clutter"], isotropic: ["free"]},
+  spatial: {spatial: ["free"], "spatial-field": ["field"]},
+};
+// What a double click adds: pegs of the session by their kind, or a patch by its factor of friction.
+const TOOLS = {fixed: "a peg", spring: "a peg that yields", loose: "a disc to push", 0.1: "a patch of ice", 4: "a patch of rug"};
+const PATCH = 0.3; // half a side [m]
 const DEGREE = Math.PI / 180;
 const PEG_RADIUS = 0.05; // of pegs that are added [m]
 const BUDGET = 12; // of one picture for the simulation [ms]
 const PAUSE_AFTER_GOAL = 1200; // [ms]
+const DOUBLE = {time: 400, distance: 30}; // between two clicks or taps that belong together [ms, pixels]
 const PRESETS = {
   sidewinding: {amplitude: 30, frequency: 80, phase_shift: -50, offset: 0, lift: 10, lift_phase: 90},
   rolling: {amplitude: 10, frequency: 80, phase_shift: 0, offset: 0, lift: 10, lift_phase: 90},
@@ -28,7 +35,7 @@ const $ = (id) => document.getElementById(id);
 const query = new URLSearchParams(location.search);
 const settings = Object.fromEntries(Object.entries(SETTINGS).map(([name, {value}]) => [name, value]));
 const policies = {};
-let robot, layout, view, strip, seed, before, after, forces, hand = null;
+let robot, layout, view, strip, seed, before, after, forces, hand = null, tapped = null, patches = [];
 let playing = true, owed = 0, last = 0, factor = 1, ended = 0, steerKeys = new Set();
 
 function slider(parent, {name, label, low, high, step, value, unit = ""}, changed) {
@@ -45,24 +52,30 @@ function slider(parent, {name, label, low, high, step, value, unit = ""}, change
   return {set: (to) => { input.value = to; show(); }, get: () => Number(input.value), row};
 }
 
-function config() {
-  const spatial = $("model").value === "spatial", driver = $("driver").value;
+function config(driver = $("driver").value) {
+  const friction = [settings.along, settings.across];
   const trained = policies[driver]?.env ?? {};
   const keys = ["perception", "nearest_pegs", "action_mode"].filter((key) => key in trained);
-  return JSON.stringify({
+  return {
     model: $("model").value,
     task: $("task").value,
     difficulty: settings.difficulty,
     action_mode: "residual",
-    perception: spatial ? "pegs" : "body",
+    perception: "body",
     nearest_pegs: 8,
-    friction: [settings.along, settings.across],
+    friction,
     robot: {links: settings.links},
     goal_distance: $("task").value === "free" ? 5 : 2,
     max_episode_steps: 2400,
     termination: {is_success: true, left_corridor: false},
     ...Object.fromEntries(keys.map((key) => [key, trained[key]])),
-  });
+  };
+}
+
+// The same on ground with patches; the observation stays what it is.
+function ground() {
+  const {friction, ...rest} = config();
+  return patches.length ? {...rest, scene: {friction, patches}, observation_blocks: layout.blocks} : {...rest, friction};
 }
 
 function tell(text, isError = false) {
@@ -73,10 +86,11 @@ function tell(text, isError = false) {
 // A new robot in the scene of the present seed.
 function begin() {
   try {
-    const made = new Playground(config(), seed);
+    const made = new Playground(JSON.stringify(config()), seed);
     robot?.free();
     robot = made;
     layout = JSON.parse(robot.layout());
+    if (patches.length) robot.reconfigure(JSON.stringify(ground()));
     view.setRobot(layout.links, $("model").value === "spatial");
     buildGait();
     chooseDriver();
@@ -90,7 +104,7 @@ function begin() {
 // The same robot, on other ground.
 function change() {
   try {
-    robot.reconfigure(config());
+    robot.reconfigure(JSON.stringify(ground()));
   } catch (error) {
     tell(error.message ?? String(error), true);
   }
@@ -110,7 +124,8 @@ function shown() {
   owed = ended = 0;
   hand = null;
   strip.values.length = 0;
-  view.setPegs(robot.pegs());
+  view.setPegs(robot.pegs(), robot.springs());
+  view.setPatches(patches);
   view.setGoal(robot.goal());
   view.look(centreOf(after), $("model").value === "spatial");
   view.showRobot(after, forces);
@@ -128,7 +143,10 @@ function centreOf(poses) {
 const gait = {};
 
 function buildGait() {
-  const wave = layout.action.filter((entry) => !entry.name.includes("offset_"));
+  // Policies may act on joints.
+  const waves = new Playground(JSON.stringify(config("gait")), seed);
+  const wave = JSON.parse(waves.layout()).action.filter((entry) => !entry.name.includes("offset_"));
+  waves.free();
   const spatial = $("model").value === "spatial", resting = spatial ? {} : Object.fromEntries(Object.keys(gait).map((name) => [name, gait[name].get()]));
   if (Object.keys(gait).join() === wave.map((entry) => entry.name).join()) return;
   $("gait").replaceChildren();
@@ -156,8 +174,10 @@ function buildGait() {
 // A slider of the gait was moved: the gait drives from now on.
 function takeOver() {
   if ($("driver").value !== "gait") {
+    const mode = config().action_mode;
     $("driver").value = "gait";
-    change();
+    if (mode === config().action_mode) change();
+    else begin();
   }
   steer();
 }
@@ -170,13 +190,20 @@ function steer() {
   robot.use_gait(new Float64Array(Object.entries(gait).map(([name, control]) => (control.get() + (added[name] ?? 0)) * DEGREE)));
 }
 
-// The drivers that the present scene has; policies are for the planar robot of 11 links.
+// The drivers that the present scene has; policies are for robots of 11 links. One that watches a policy goes on with one.
 function listDrivers() {
-  const fits = $("model").value === "planar" && settings.links === 11;
-  const names = ["gait", ...Object.keys(POLICIES).filter((name) => fits && POLICIES[name].includes($("task").value))];
+  const fitting = settings.links === 11 ? Object.entries(POLICIES[$("model").value]) : [];
+  const names = ["gait", ...fitting.filter(([, tasks]) => tasks.includes($("task").value)).map(([name]) => name)];
   const kept = $("driver").value;
   $("driver").replaceChildren(...names.map((name) => new Option(name === "gait" ? "the gait" : `policy "${name}"`, name)));
-  $("driver").value = names.includes(kept) ? kept : "gait";
+  $("driver").value = names.includes(kept) ? kept : names[1] ?? "gait";
+}
+
+// Discs move in the plane alone.
+function listTools() {
+  const kept = $("tool").value, names = Object.keys(TOOLS).filter((name) => $("model").value === "planar" || name === "fixed" || name > 0);
+  $("tool").replaceChildren(...names.sort((a, b) => (a > 0) - (b > 0)).map((name) => new Option(TOOLS[name], name)));
+  $("tool").value = names.includes(kept) ? kept : "fixed";
 }
 
 function chooseDriver() {
@@ -193,6 +220,7 @@ async function load(name) {
 
 async function newScene() {
   listDrivers();
+  listTools();
   await load($("driver").value);
   begin();
 }
@@ -200,7 +228,7 @@ async function newScene() {
 // The friction that the task has in Python, or that the policy was trained with.
 function naturalGround() {
   const task = $("task").value, planar = $("model").value === "planar";
-  const slides = task === "maze" || (task === "free" && planar && $("driver").value === "gait");
+  const slides = task === "maze" || task === "clutter" || (task === "free" && planar && $("driver").value === "gait");
   [settings.along, settings.across] = [0.2, slides ? 0.5 : 0.2];
   controls.along.set(settings.along);
   controls.across.set(settings.across);
@@ -223,6 +251,13 @@ function buildControls() {
   $("play").onclick = () => setPlaying(!playing);
   $("restart").onclick = restart;
   $("next").onclick = () => { seed += 1; restart(); };
+  $("more").onclick = () => document.body.classList.toggle("open");
+  for (const button of $("steer").children) {
+    const key = button.dataset.key;
+    button.onpointerdown = () => { steerKeys.add(key); takeOver(); };
+    button.onpointerup = button.onpointercancel = button.onpointerleave = () => { if (steerKeys.delete(key)) steer(); };
+    button.oncontextmenu = (event) => event.preventDefault();
+  }
 }
 
 function setPlaying(value) {
@@ -236,6 +271,7 @@ function step() {
   after = robot.links();
   strip.add(robot.residual());
   view.extendTrail(centreOf(after));
+  view.setPegs(robot.pegs(), robot.springs());
   if (robot.has_ended() && !ended) {
     const {is_success, time} = JSON.parse(robot.signals());
     tell(is_success ? `Goal reached after ${time.toFixed(1)} s` : "The episode is over");
@@ -320,27 +356,48 @@ function drag(event) {
   if (!point) return;
   if (hand.kind === "peg") {
     robot.move_peg(hand.index, point.x + hand.offset.x, point.y + hand.offset.y);
-    view.setPegs(robot.pegs());
+    view.setPegs(robot.pegs(), robot.springs());
   } else {
     hand.to = point;
     robot.pull(hand.index, point.x, point.y, point.z);
   }
 }
 
-function letGo() {
+function letGo(event) {
   robot.release();
   hand = null;
   view.controls.enabled = true;
+  if (event.type === "pointerup" && isSecond(event)) addOrRemove(event);
+}
+
+// Whether a click or tap follows another one at the same place; browsers tell it of fingers only in part.
+function isSecond(event) {
+  const {clientX: x, clientY: y, timeStamp: time} = event, last = tapped;
+  tapped = {x, y, time};
+  if (!last || time - last.time > DOUBLE.time || Math.hypot(x - last.x, y - last.y) > DOUBLE.distance) return false;
+  tapped = null;
+  return true;
 }
 
 function addOrRemove(event) {
-  const hit = view.pick(event);
+  const hit = view.pick(event), tool = $("tool").value;
   if (hit?.kind === "peg") robot.remove_peg(hit.index);
   else if (!hit) {
     const point = view.onPlane(event, groundPoint(0, 0));
-    if (point) robot.add_peg(PEG_RADIUS, point.x, point.y);
+    if (point && tool > 0) changePatch(point, Number(tool));
+    else if (point) robot.add_peg(tool, PEG_RADIUS, point.x, point.y);
   }
-  view.setPegs(robot.pegs());
+  view.setPegs(robot.pegs(), robot.springs());
+}
+
+// Takes away the patches at a point, or makes one around it.
+function changePatch({x, y}, factor) {
+  const away = ({vertices}) => Math.abs(x - vertices[0][0] - PATCH) > PATCH || Math.abs(y - vertices[0][1] - PATCH) > PATCH;
+  const left = patches.filter(away);
+  const [w, e, s, n] = [x - PATCH, x + PATCH, y - PATCH, y + PATCH];
+  patches = left.length < patches.length ? left : [...patches, {vertices: [[w, s], [e, s], [e, n], [w, n]], factor}];
+  change();
+  view.setPatches(patches);
 }
 
 function listen() {
@@ -350,7 +407,6 @@ function listen() {
   canvas.addEventListener("pointermove", drag);
   canvas.addEventListener("pointerup", letGo);
   canvas.addEventListener("pointercancel", letGo);
-  canvas.addEventListener("dblclick", addOrRemove);
   window.addEventListener("keydown", (event) => {
     if (event.key === " ") setPlaying(!playing);
     else if (event.key.startsWith("Arrow")) {
@@ -375,7 +431,7 @@ async function main() {
     if (query.has(name)) controls[name].set(settings[name] = Number(query.get(name)));
   }
   listDrivers();
-  $("driver").value = query.get("driver") ?? ($("model").value === "planar" ? "general" : "gait");
+  if (query.has("driver")) $("driver").value = query.get("driver");
   if (!$("driver").value) $("driver").value = "gait";
   if (!query.has("along") && !query.has("across")) naturalGround();
   await newScene();
@@ -383,7 +439,7 @@ async function main() {
   setPlaying(query.get("paused") === null);
   requestAnimationFrame((now) => { last = now; frame(now); });
   // For tests and the curious.
-  window.playground = {get robot() { return robot; }, view, settings, step: () => { step(); draw(); }, setPlaying};
+  window.playground = {get robot() { return robot; }, get patches() { return patches; }, view, settings, step: () => { step(); draw(); }, setPlaying};
 }
 
 main().catch((error) => tell(`The playground did not start: ${error.message ?? error}`, true));

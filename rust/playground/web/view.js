@@ -3,14 +3,11 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-// Colours and sizes of snake_env/palette.py.
-const BODY = 0x009e73, HEAD = 0xe69f00, MARK = 0xf0f4ee, PEG = 0x8c929a, FORCE = 0xd55e00, TRAIL = 0x0072b2, GOAL = 0xcc79a7;
-const PULL = 0x56b4e9;
-const PEG_HEIGHT = 0.15; // of pegs, which have no end [m]
-const MARK_WIDTH = 0.3; // of the stripe on the back of a link, in radii
-const FORCE_SCALE = 0.01; // [m/N]
-const LONGEST_ARROW = 0.4; // [m]
+import { BODY, FORCE, FORCE_SCALE, GOAL, HEAD, LONGEST_ARROW, MARK, MARK_WIDTH, PEG, PEG_HEIGHT, SPRING, SPRING_WIDTH, TINT, TRAIL } from "./palette.js";
+
 const FORCE_SHOWN = 0.1; // [N]
+const PEGS = 256; // of which springs are drawn
+const ON_GROUND = 0.0004; // between what lies on the ground [m]
 const TRAIL_LENGTH = 600;
 const FAR_BELOW = -1000;
 const SIZE = 24; // of the ground that is drawn [m]
@@ -54,14 +51,18 @@ export class View {
     this.light();
     this.ground();
     this.goal = new THREE.Group();
-    this.scene.add(this.goal);
+    this.patches = new THREE.Group();
+    this.scene.add(this.goal, this.patches);
+    // A spring is a bar from the place where it holds a peg to where the peg is, on its top face.
+    this.anchors = this.instances(new THREE.CylinderGeometry(SPRING_WIDTH, SPRING_WIDTH, 0.004, 24).rotateX(Math.PI / 2), SPRING, PEGS);
+    this.bars = this.instances(new THREE.BoxGeometry(0.01, 0.01, 1).translate(0, 0, 0.5), SPRING, PEGS);
     const positions = new THREE.BufferAttribute(new Float32Array(3 * TRAIL_LENGTH), 3);
     this.trail = new THREE.Line(new THREE.BufferGeometry().setAttribute("position", positions), new THREE.LineBasicMaterial({color: TRAIL}));
     this.trail.frustumCulled = false;
     this.scene.add(this.trail);
     this.shafts = this.instances(new THREE.CylinderGeometry(0.006, 0.006, 1, 8).translate(0, 0.5, 0).rotateX(Math.PI / 2), FORCE, 256);
     this.tips = this.instances(new THREE.ConeGeometry(0.016, 0.035, 12).translate(0, -0.0175, 0).rotateX(Math.PI / 2), FORCE, 256);
-    this.band = new THREE.Line(new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(new Float32Array(6), 3)), new THREE.LineBasicMaterial({color: PULL}));
+    this.band = new THREE.Line(new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(new Float32Array(6), 3)), new THREE.LineBasicMaterial({color: SPRING}));
     this.band.frustumCulled = false;
     this.scene.add(this.band);
     this.centre = new THREE.Vector3();
@@ -126,8 +127,8 @@ export class View {
     this.links.instanceColor.needsUpdate = true;
   }
 
-  // Radius, x and y of each peg.
-  setPegs(pegs) {
+  // Radius, x and y of each peg; of those on springs number, x and y of the place where the spring holds it.
+  setPegs(pegs, springs) {
     const count = pegs.length / 3, room = Math.max(64, 2 ** Math.ceil(Math.log2(count + 1)));
     if (!this.pegs || this.pegs.instanceMatrix.count < count) {
       this.remove(this.pegs);
@@ -142,6 +143,29 @@ export class View {
     this.pegs.count = count;
     this.pegs.instanceMatrix.needsUpdate = true;
     this.pegs.computeBoundingSphere();
+    const turn = new THREE.Quaternion(), z = new THREE.Vector3(0, 0, 1), top = PEG_HEIGHT + 0.004;
+    this.anchors.count = this.bars.count = Math.min(PEGS, springs.length / 3);
+    for (let k = 0; k < this.anchors.count; k++) {
+      const [peg, x, y] = springs.slice(3 * k, 3 * k + 3), home = new THREE.Vector3(x, y, top);
+      const along = new THREE.Vector3(pegs[3 * peg + 1], pegs[3 * peg + 2], top).sub(home), length = along.length();
+      turn.setFromUnitVectors(z, along.normalize());
+      this.anchors.setMatrixAt(k, matrix.makeTranslation(x, y, top));
+      this.bars.setMatrixAt(k, matrix.compose(home, turn, new THREE.Vector3(1, 1, Math.max(1e-6, length))));
+    }
+    this.anchors.instanceMatrix.needsUpdate = this.bars.instanceMatrix.needsUpdate = true;
+  }
+
+  // Convex polygons of the ground with their factors of friction, later ones over earlier ones.
+  setPatches(patches) {
+    for (const mesh of this.patches.children) mesh.geometry.dispose();
+    this.patches.clear();
+    patches.forEach(({vertices, factor}, k) => {
+      const shape = new THREE.Shape(vertices.map(([x, y]) => new THREE.Vector2(x, y)));
+      const mesh = new THREE.Mesh(new THREE.ShapeGeometry(shape), new THREE.MeshBasicMaterial({color: TINT[factor], depthWrite: false}));
+      mesh.position.z = ON_GROUND * (1 + k / patches.length);
+      mesh.renderOrder = -1;
+      this.patches.add(mesh);
+    });
   }
 
   // x, y and radius; radius 0 is a line across x, not a number is no goal.
@@ -155,12 +179,19 @@ export class View {
     this.goal.add(mesh);
   }
 
-  // Places the camera anew: the robot on the left, the goal on the right.
+  // Places the camera anew: the robot on the left, the goal on the right; in an upright picture the robot below, the goal
+  // above.
   look(centre, spatial) {
+    this.resize();
     this.centre.set(centre[0], centre[1], 0);
-    this.controls.target.set(centre[0] + (spatial ? 0 : 0.45), centre[1], 0);
-    const [back, up] = spatial ? [2.5, 1.5] : [2.3, 2.6];
-    this.camera.position.set(centre[0] + (spatial ? 0.5 : 0.1), centre[1] - back, up);
+    const ahead = spatial ? 0 : 0.45, [back, up] = spatial ? [2.5, 1.5] : [2.3, 2.6];
+    if (this.camera.aspect < 1) {
+      this.controls.target.set(centre[0] + ahead, centre[1], 0);
+      this.camera.position.set(centre[0] - back, centre[1], up + 0.8);
+    } else {
+      this.controls.target.set(centre[0] + ahead, centre[1], 0);
+      this.camera.position.set(centre[0] + (spatial ? 0.5 : 0.1), centre[1] - back, up);
+    }
     this.trailCount = 0;
   }
 
@@ -242,8 +273,8 @@ export class View {
     const {x, y} = this.centre;
     this.sun.position.set(x - 2, y - 2.5, 5);
     this.sun.target.position.set(x, y, 0);
-    this.floor.position.set(x, y, 0);
-    this.grid.position.set(Math.round(x), Math.round(y), 0.0005);
+    this.floor.position.set(x, y, 2.5 * ON_GROUND);
+    this.grid.position.set(Math.round(x), Math.round(y), 3 * ON_GROUND);
     this.renderer.render(this.scene, this.camera);
   }
 
