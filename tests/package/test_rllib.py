@@ -34,6 +34,7 @@ def test_rllib_learns_from_a_batch_and_other_commands_take_its_policy(tmp_path, 
     assert (policy.card.env_id, policy.card.env_options) == ("SnakeField-v1", {"difficulty": 0.2})
 
 
+@pytest.mark.timeout(900)  # processes start slowly on a busy machine
 def test_tune_compares_settings_each_with_a_remote_runner(tmp_path):
     """The settings are a trainable of Tune: two trials in processes of their own, each with a batch in one more."""
     ray = pytest.importorskip("ray")
