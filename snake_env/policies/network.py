@@ -14,6 +14,7 @@ from snake_env.policies import files
 from snake_env.policies.interface import PolicyBase, title
 from snake_env.policies.memory import MemoryTraces, network_inputs, time_constants
 from snake_env.policies.policy_card import PolicyCard
+from snake_env.policies.ranges import Conversion, have_equal_ranges
 
 Double = NDArray[np.float64]
 Layers = list[tuple[Double, Double]]
@@ -54,7 +55,8 @@ class Network(PolicyBase):
     own. Products of the whole batch are summed in an order that depends on its size, contacts amplify the difference,
     and a film of one robot would show another episode than the one that was scored in a batch.
 
-    A policy with memory must know where episodes begin: :meth:`begin`, :meth:`reset`.
+    A policy with memory must know where episodes begin: :meth:`begin`, :meth:`reset`. In an environment whose actions
+    have other ranges than those of its training it commands the same waves and angles.
 
     Args:
         path: The file.
@@ -70,6 +72,7 @@ class Network(PolicyBase):
         self.times = time_constants(self.config)
         self._traces: MemoryTraces | None = None
         self._num_envs = 0
+        self._ranges: tuple[Conversion, Conversion] | None = None
         self.layers = _layers_of(path, self.arrays)
         self.signs = _signs_of(path, self.arrays, self.layers)
         self.scaling = _scaling_of(path, self.arrays, self.layers)
@@ -87,6 +90,19 @@ class Network(PolicyBase):
         self.require_inputs(len(network_inputs(layout, self.times)), len(self.layers[0][0]))
         self._traces = MemoryTraces(layout, self.times, num_envs)
         self._num_envs = num_envs
+        self._ranges = self._conversions(layout)
+
+    def _conversions(self, layout: dict[str, Any]) -> tuple[Conversion, Conversion] | None:
+        """Of observations and actions to those of the training; None: ranges are equal, or unknown."""
+        if self.card.env_id is None:
+            return None
+        env: Any = self.make_vec(1, num_threads=1)
+        trained: dict[str, Any] = env.unwrapped.layout
+        env.close()
+        if have_equal_ranges(layout, trained):
+            return None
+        done = [entry["name"] for entry in layout["action"]]
+        return Conversion.of(network_inputs(layout, ()), layout, trained), Conversion.of(done, layout, trained)
 
     def reset(self, rows: NDArray[np.bool_] | None = None) -> None:
         """Forgets what it remembers of the robots in ``rows`` (n,), whose next observation begins an episode.
@@ -107,6 +123,8 @@ class Network(PolicyBase):
         batch = np.atleast_2d(np.asarray(observation, np.float32))
         if self.times and self._num_envs != len(batch):
             self.begin_as_trained(len(batch))
+        if self._ranges is not None and batch.shape[1] == len(self._ranges[0].scale):
+            batch = self._ranges[0](batch)
         seen = (batch if self._traces is None else self._checked(batch)).astype(np.float64)
         if seen.shape[1] != len(self.layers[0][0]):
             self._refuse(observation)
@@ -119,7 +137,10 @@ class Network(PolicyBase):
             action = 0.5 * (action + of_action * outputs_alone(self.layers, of_observation * seen, activation))
         if self.squash:
             action = np.tanh(action)
-        return action.astype(np.float32).reshape(*np.shape(observation)[:-1], -1)
+        acted = action.astype(np.float32)
+        if self._ranges is not None:
+            acted = self._ranges[1].back(np.clip(acted, -1.0, 1.0))
+        return acted.reshape(*np.shape(observation)[:-1], -1)
 
     def _checked(self, batch: NDArray[np.float32]) -> NDArray[np.float32]:
         """Observations and what is remembered of them; nothing is remembered of refused observations."""

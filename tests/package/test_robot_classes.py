@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import snake_env
-from snake_env import PD, ConfigError, Motor, Robot, SnakeEnv, SnakeVectorEnv, robot_classes
+from snake_env import PD, ConfigError, Motor, Robot, SnakeEnv, SnakeVectorEnv, load_policy, robot_classes
 from snake_env.evaluation import evaluate, tasks
 
 
@@ -130,3 +130,39 @@ def test_every_part_of_a_class_has_a_source_and_known_keywords():
     for name, one in robot_classes.load().items():
         assert all(part["what"] and part["source"] for part in one["parts"]), name
         assert set(robot_classes.keywords(name)) <= set(snake_env.options.TaskOptions.__annotations__)
+
+
+def physical(layout, action):
+    """Values of the elements of actions (n, a)."""
+    low, high = (np.array([entry[end] for entry in layout["action"]]) for end in ("low", "high"))
+    return low + 0.5 * (np.clip(action, -1.0, 1.0) + 1.0) * (high - low)
+
+
+def test_actions_reach_as_far_as_the_motors():
+    """At the middle of a joint's swing the fastest wave of the default amplitude has the motor's no-load speed."""
+    names = {"amplitude": 0, "frequency": 1}
+    ideal, aiko = (SnakeVectorEnv(1, robot_class=one).layout["action"] for one in ("ideal", "aiko"))
+    middle = 0.5 * (aiko[names["amplitude"]]["low"] + aiko[names["amplitude"]]["high"])
+    assert middle * aiko[names["frequency"]]["high"] == pytest.approx(Motor.aiko().no_load_speed)
+    assert ideal[names["frequency"]]["high"] == pytest.approx(np.radians(200.0))
+    centres = [0.5 * (one[1]["low"] + one[1]["high"]) for one in (ideal, aiko)]
+    assert centres[0] == pytest.approx(centres[1]), "action zero is the thesis's gait for both"
+
+
+def test_a_policy_commands_the_same_with_other_motors():
+    """One that was trained with ideal motors means its own frequencies, not those of the motors."""
+    policy = load_policy("general")
+    layouts = [SnakeVectorEnv(2, robot_class=one, **policy.env_options).layout for one in ("ideal", "aiko")]
+    seen = np.random.default_rng(0).uniform(-0.5, 0.5, (2, sum(b["size"] for b in layouts[0]["observation"])))
+    blocks = {block["name"]: block["start"] for block in layouts[0]["observation"]}
+    commanded = []
+    for layout in layouts:
+        observed = seen.astype(np.float32)
+        entry = layout["action"][1]
+        elements = next(block["elements"] for block in layout["observation"] if block["name"] == "wave")
+        wave = blocks["wave"] + elements.index("frequency")
+        for place in (wave, blocks["previous_action"] + 1):  # 2.5 rad/s in both
+            observed[:, place] = (2.0 * 2.5 - entry["low"] - entry["high"]) / (entry["high"] - entry["low"])
+        policy.begin(layout, 2)
+        commanded.append(physical(layout, policy(observed)))
+    np.testing.assert_allclose(commanded[1], commanded[0], atol=1e-5)

@@ -10,7 +10,6 @@ untrained critic would undo in a few updates what was cloned.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -26,6 +25,7 @@ from snake_env.policies import files
 from snake_env.policies.interface import INTERFACE
 from snake_env.policies.loading import load_policy
 from snake_env.policies.memory import network_inputs, time_constants
+from snake_env.policies.ranges import Conversion, planar_name
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.shipped import policy_path
 from training.config import BehaviourCloning
@@ -127,7 +127,8 @@ def begin(learner: Any, cloning: BehaviourCloning) -> None:
     """Gives the agent of a :class:`training.learners.ppo.Learner` what ``cloning`` names, then warms its critic up."""
     layout = layout_of(learner.config.env_id, learner.config.env)
     if cloning.policy is not None:
-        take_over(learner.agent, layout, learner.config.policy.memory, policy_path(cloning.policy))
+        seen = layout_of(learner.config.env_id, learner.config.acting_env)
+        take_over(learner.agent, seen, learner.config.policy.memory, policy_path(cloning.policy))
     if cloning.teachers:
         imitate(learner, Teachers(cloning.teachers, parts(learner.config)), cloning)
     elif cloning.controller is not None:
@@ -173,11 +174,11 @@ def take_over(agent: Any, layout: dict[str, Any], times: Sequence[float], path: 
     for k in range(last + 1):  # the agent's arrays share their memory with its parameters
         weight, bias = arrays[f"actor.{k}.weight"], arrays[f"actor.{k}.bias"]
         if k == 0:
-            scale, shift = _conversions(seen, layout, theirs)
+            scale, shift = Conversion.of(seen, layout, theirs)
             columns = _taken(weight.T, _matches(seen, known))
             weight, bias = (columns * scale[:, None]).T, bias + shift @ columns
         if k == last:
-            scale, shift = _conversions(done(layout), layout, theirs)
+            scale, shift = Conversion.of(done(layout), layout, theirs)
             rows = _matches(done(layout), done(theirs))
             weight, bias = _taken(weight, rows) / scale[:, None], (_taken(bias, rows) - shift) / scale
         own[f"actor.{k}.weight"][...], own[f"actor.{k}.bias"][...] = weight, bias
@@ -188,46 +189,10 @@ def done(layout: dict[str, Any]) -> list[str]:
     return [entry["name"] for entry in layout["action"]]
 
 
-PLANAR_NAMES = (
-    (r"(joint_angle|joint_rate|reference): yaw_", r"\1: joint_"),
-    (r"\byaw_(offset|velocity|torque)_", r"joint_\1_"),
-    (r"^((?:previous_action: )?)yaw_(\d)", r"\1joint_angle_\2"),
-    (r"(contact_force: link_\d+)_left", r"\1"),
-)
-"""How elements of observations and actions of the 3D model are called in the planar one, where it has them."""
-
-
-def planar_name(name: str) -> str:
-    """Of the same element in the planar model."""
-    for pattern, planar in PLANAR_NAMES:
-        name = re.sub(pattern, planar, name)
-    return name
-
-
 def _matches(own: list[str], theirs: list[str]) -> list[int]:
     """For each name of ours its place in theirs, by its name in the planar model if need be; -1: it has none."""
     places = {name: k for k, name in enumerate(theirs)}
     return [places.get(name, places.get(planar_name(name), -1)) for name in own]
-
-
-def _conversions(
-    names: list[str], own: dict[str, Any], theirs: dict[str, Any]
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Scale and shift of each element, from its value in [-1, 1] with our range to that with theirs.
-
-    Only actions, and observations of them, have ranges; everything else is the same in all environments.
-    """
-    ranges = {entry["name"]: (entry["low"], entry["high"]) for entry in theirs["action"]}
-    found = dict.fromkeys(names, (1.0, 0.0))
-    for entry in own["action"]:
-        if (known := ranges.get(entry["name"], ranges.get(planar_name(entry["name"])))) is not None:
-            low, high = known
-            scale = (entry["high"] - entry["low"]) / (high - low)
-            shift = (entry["low"] + entry["high"] - low - high) / (high - low)
-            of_action = {f"{block}{entry['name']}": (scale, shift) for block in ("", "wave: ", "previous_action: ")}
-            found |= {name: of_action[name] for name in found.keys() & of_action.keys()}
-    scales, shifts = zip(*(found[name] for name in names), strict=True)
-    return np.array(scales, np.float32), np.array(shifts, np.float32)
 
 
 def _taken(rows: NDArray[np.float32], places: list[int]) -> NDArray[np.float32]:

@@ -15,6 +15,7 @@ use crate::scene::{Scene, SceneConfig};
 use crate::slope::Slope;
 use crate::stepping::{ImplicitConfig, MOST_STEPS_PER_PERIOD, require_steps};
 
+use super::action::Reach;
 use super::default_gait::DefaultGait;
 use super::perturbation::Perturbation;
 use super::randomization::Randomization;
@@ -314,9 +315,10 @@ impl EnvConfig {
         }
     }
 
-    /// The largest torque that an action sets; infinite without limit \[N m\].
-    pub fn largest_torque(&self) -> f64 {
-        self.controller().torque_limit.unwrap_or(f64::INFINITY)
+    /// What bounds the actions.
+    pub fn reach(&self) -> Reach {
+        let torque = self.controller().torque_limit.unwrap_or(f64::INFINITY);
+        Reach { torque, rate: self.robot.motor.map_or(f64::INFINITY, |motor| motor.no_load_speed) }
     }
 
     /// The gait of action zero.

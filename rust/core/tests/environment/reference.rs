@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use snake_core::control::AxisGains;
 use snake_core::environment::ActionMode;
-use snake_core::environment::action::planar_entries;
+use snake_core::environment::action::{Reach, planar_entries};
 use snake_core::environment::default_gait::DefaultGait;
 use snake_core::environment::reference::ReferenceGenerator;
 use snake_core::gait::{JointTarget, Reference, Wave};
@@ -12,7 +12,11 @@ const JOINTS: usize = 5;
 const PERIOD: f64 = 0.05;
 
 fn generator(mode: ActionMode) -> ReferenceGenerator<1> {
-    let mut generator = ReferenceGenerator::new(planar_entries(mode, JOINTS, 10.0), DefaultGait::undulation(), PERIOD);
+    let mut generator = ReferenceGenerator::new(
+        planar_entries(mode, JOINTS, Reach { torque: 10.0, ..Reach::UNLIMITED }),
+        DefaultGait::undulation(),
+        PERIOD,
+    );
     generator.rest_in_posture(0.3);
     generator
 }

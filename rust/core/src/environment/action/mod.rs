@@ -140,6 +140,34 @@ fn entry(
     ActionEntry { name: name.into(), parameter, centre, half_range, slew, meaning }
 }
 
+/// The most that the joints of a robot give; infinite where nothing limits it.
+#[derive(Debug, Clone, Copy)]
+pub struct Reach {
+    /// Of a controller \[N m\].
+    pub torque: f64,
+    /// No-load speed of the motors \[rad/s\].
+    pub rate: f64,
+}
+
+impl Reach {
+    pub const UNLIMITED: Self = Self { torque: f64::INFINITY, rate: f64::INFINITY };
+
+    /// Largest rates of references about an axis \[deg/s\]: the no-load speed of the motors, of ideal ones [`RATES`].
+    fn rate_about(&self, axis: usize) -> f64 {
+        if self.rate.is_finite() { self.rate.to_degrees() } else { RATES[axis] }
+    }
+
+    /// Half range and slew limit of the frequency around a wave's \[deg/s\], \[deg/s^2\].
+    ///
+    /// The fastest wave of that amplitude turns a joint at the no-load speed of its motor where it passes the middle.
+    /// The range always goes from standstill on; with ideal motors it is 2.5 times the frequency of the thesis's gait.
+    fn frequencies(&self, amplitude: f64, omega: f64) -> [f64; 2] {
+        let half_range =
+            if self.rate.is_finite() { (self.rate / amplitude - omega).max(omega).to_degrees() } else { 120.0 };
+        [half_range, 2.0 * half_range]
+    }
+}
+
 /// What actions set of the joints about one axis.
 struct JointAction {
     axis: usize,

@@ -83,7 +83,7 @@ impl RobotModel for PlanarRobot {
         let scene = config.scene(Vec::new());
         let simulation = PlanarSimulation::new(&config.robot, &scene, &config.controller(), &config.integrator)?;
         let robot = simulation.robot();
-        let entries = planar_entries(config.action_mode, robot.joint_count(), config.largest_torque());
+        let entries = planar_entries(config.action_mode, robot.joint_count(), config.reach());
         let reference = ReferenceGenerator::new(entries, config.default_gait(), config.control_period);
         Ok(Self { forces: PlanarForces::zero(robot.link_count()), simulation, reference })
     }

@@ -122,7 +122,7 @@ impl RobotModel for SpatialRobot {
         let robot = simulation.robot();
         let (links, joints) = (robot.link_count(), robot.joint_count());
         let gait = config.default_gait();
-        let entries = spatial_entries(config.action_mode, &gait, &robot.axes, config.largest_torque());
+        let entries = spatial_entries(config.action_mode, &gait, &robot.axes, config.reach());
         Ok(Self {
             reference: ReferenceGenerator::new(entries, gait, config.control_period).on(&robot.axes),
             posture: vec![Vector2::zeros(); joints],

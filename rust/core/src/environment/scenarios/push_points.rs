@@ -12,7 +12,7 @@
 
 use nalgebra::Vector2;
 
-use crate::environment::action::wave_entries;
+use crate::environment::action::{Reach, wave_entries};
 use crate::environment::goal::{Goal, Target};
 use crate::environment::path::NaturalPath;
 use crate::gait::Wave;
@@ -50,7 +50,7 @@ impl PushPointCounter {
     fn new(length: f64, links: usize, body: f64) -> Self {
         let link = length / links as f64;
         let wave = Wave::default();
-        let largest = Wave { amplitude: wave_entries()[0].high(), ..wave };
+        let largest = Wave { amplitude: wave_entries(Reach::UNLIMITED)[0].high(), ..wave };
         let across = NaturalPath::new(&largest, link).height() + body;
         Self { length, body, across, quarter_wave: 0.5 * NaturalPath::new(&wave, link).half_wave() }
     }
