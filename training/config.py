@@ -86,11 +86,13 @@ class PpoNetworks(Networks):
         symmetric: Both networks treat left and right alike.
         memory: Time constants [s] of running means of the observation, which are inputs too.
         bfloat16: Hidden layers compute in bfloat16, faster where the processor supports it.
+        senses: Blocks of the observation that the actor sees; critic and teachers see all. None: the actor too.
     """
 
     symmetric: bool = False
     memory: tuple[Positive, ...] = ()
     bfloat16: bool = False
+    senses: tuple[str, ...] = ()
 
 
 class EvolutionNetworks(Section):
@@ -238,6 +240,11 @@ class RunConfig(Section):
         """Name of the task, environment and keywords of each task of the run; a single one has an empty name."""
         return [("", self.env_id, self.env)]
 
+    @property
+    def acting_env(self) -> dict[str, Any]:
+        """Keywords of the environment in which the policy plays after the training."""
+        return self.env
+
     @field_validator("env_id")
     @classmethod
     def _own_environment(cls, env_id: str) -> str:
@@ -288,6 +295,11 @@ class PpoConfig(CurriculumConfig):
     behaviour_cloning: BehaviourCloning | None = None
     tasks: dict[str, Count] = {}
     policy: PpoNetworks = PpoNetworks()
+
+    @property
+    def acting_env(self) -> dict[str, Any]:
+        """As :attr:`RunConfig.acting_env`; critic and teachers may have seen more."""
+        return self.env | ({"observation_blocks": list(self.policy.senses)} if self.policy.senses else {})
 
     def environments(self) -> list[tuple[str, str, dict[str, Any]]]:
         """As :meth:`RunConfig.environments`; the keywords in ``env`` come on top of those of the tasks."""

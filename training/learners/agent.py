@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from snake_env import ConfigError
 from snake_env.evaluation.rollout import layout_of
 from snake_env.policies import files, memory
 from training.config import PpoConfig, PpoNetworks
@@ -25,16 +26,29 @@ class Agent(nn.Module):
         actions: Elements of an action.
         policy: Hidden layers, their precision, and the standard deviation at the start.
         reflection: Signs that make both networks treat left and right alike; None: they need not.
+        sensed: Elements of the observation that the actor sees; None: all.
     """
 
-    def __init__(self, observations: int, actions: int, policy: PpoNetworks, reflection: Reflection | None) -> None:
+    def __init__(
+        self,
+        observations: int,
+        actions: int,
+        policy: PpoNetworks,
+        reflection: Reflection | None,
+        sensed: list[int] | None = None,
+    ) -> None:
         super().__init__()
-        self.actor: nn.Module = network(observations, policy, actions, last_gain=0.01)
+        seen = observations if sensed is None else len(sensed)
+        self.actor: nn.Module = network(seen, policy, actions, last_gain=0.01)
         self.critic: nn.Module = network(observations, policy, 1, last_gain=1.0)
-        if reflection is not None:
-            self.actor = SymmetricNetwork(self.actor, reflection.observation, reflection.action)
-            self.critic = SymmetricNetwork(self.critic, reflection.observation, np.ones(1, np.float32))
         self._reflection = reflection
+        if reflection is not None:
+            signs = reflection.observation if sensed is None else reflection.observation[sensed]
+            self._reflection = Reflection(signs, reflection.action)
+            self.actor = SymmetricNetwork(self.actor, signs, reflection.action)
+            self.critic = SymmetricNetwork(self.critic, reflection.observation, np.ones(1, np.float32))
+        if sensed is not None:
+            self.actor = nn.Sequential(Sensed(sensed), self.actor)
         self.log_std = nn.Parameter(torch.full((actions,), policy.log_std))
 
     def forward(self, observation: Tensor, action: Tensor) -> tuple[Tensor, Tensor]:
@@ -73,7 +87,37 @@ class Agent(nn.Module):
 
 def make_agent(config: PpoConfig, observations: int, actions: int) -> Agent:
     """The agent of a run before it has learned anything."""
-    return Agent(observations, actions, config.policy, reflection_of(config))
+    return Agent(observations, actions, config.policy, reflection_of(config), sensed(config))
+
+
+def sensed(config: PpoConfig) -> list[int] | None:
+    """Elements of what the networks of a run see that its actor sees, in the order of its policy file; None: all."""
+    if not config.policy.senses:
+        return None
+    all_inputs, own = (
+        memory.network_inputs(layout_of(config.env_id, env), config.policy.memory)
+        for env in (config.env, config.acting_env)
+    )
+    unseen = sorted({name.partition(":")[0] for name in own} - {name.partition(":")[0] for name in all_inputs})
+    if unseen:
+        raise ConfigError("policy.senses", unseen[0], "a block that env.observation_blocks has")
+    return [all_inputs.index(name) for name in own]
+
+
+class Sensed(nn.Module):
+    """Some elements (n, s) of observations (n, o).
+
+    Args:
+        elements: Their indices.
+    """
+
+    def __init__(self, elements: list[int]) -> None:
+        super().__init__()
+        self._elements = torch.tensor(elements)
+
+    def forward(self, observation: Tensor) -> Tensor:
+        """The elements."""
+        return observation.index_select(-1, self._elements)
 
 
 def reflection_of(config: PpoConfig) -> Reflection | None:

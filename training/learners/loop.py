@@ -173,7 +173,7 @@ class Work:
 
     def write_policy(self, path: Path) -> None:
         """Writes the policy as it is, with the configuration of the run."""
-        about = self._config.model_dump(mode="json") | {"steps": self._learner.steps}
+        about = self._config.model_dump(mode="json") | {"env": self._config.acting_env, "steps": self._learner.steps}
         files.write(path, self._learner.arrays(), about)
 
     def save(self) -> None:
