@@ -9,11 +9,13 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from snake_env.evaluation.movement import Movement
 from snake_env.policies.interface import Policy
 from snake_env.vector_env import refuse_others
 
 Episodes = dict[str, NDArray[Any]]
-"""Signals of the last step of each episode (n,); ``return``, its sum of rewards, and the means of :data:`MEANS`."""
+"""Of each episode (n,): signals of its last step; ``return``, its sum of rewards; the means of :data:`MEANS`; and of
+:mod:`snake_env.evaluation.movement` ``contact_free_progress`` [m] and ``chatter``."""
 
 MEANS = ("self_contact_force",)
 """Signals of single steps, of which an episode has the mean over its steps under the name ``mean_<signal>``."""
@@ -63,17 +65,22 @@ def play(env: Any, act: Callable[[NDArray[np.float32]], NDArray[np.float32]], se
     """Plays the first episode of each seed in a batch of as many robots, and the steps of the batch this took."""
     observation, _ = env.reset(seed=seeds)
     running, steps = np.ones(len(seeds), np.bool_), 0
+    movement = Movement(len(seeds), float(env.unwrapped.layout["control_period"]))
     last: Episodes = {name: np.zeros(len(seeds)) for name in ("return", *(f"mean_{signal}" for signal in MEANS))}
     while running.any():
-        observation, reward, terminated, truncated, infos = env.step(act(observation))
+        action = act(observation)
+        observation, reward, terminated, truncated, infos = env.step(action)
         steps += 1
+        movement.note(action, infos, running)
         last["return"][running] += reward[running]
         for signal in MEANS:
             mean = last[f"mean_{signal}"]
             mean[running] += (infos[signal][running] - mean[running]) / steps
         ended = running & (terminated | truncated)
         if ended.any():
-            _note(last, infos, ended)
+            chatter = np.array([movement.chatter(robot) if end else 0.0 for robot, end in enumerate(ended)])
+            moved = {"contact_free_progress": movement.contact_free_progress, "chatter": chatter}
+            _note(last, infos | moved, ended)
         running &= ~ended
     return last, steps
 

@@ -38,6 +38,11 @@ def _cost_of_transport(episodes: Episodes) -> Estimate:
     return ratio_interval(energy_over_weight(episodes), episodes["distance"])
 
 
+def _contact_free(episodes: Episodes) -> Estimate:
+    """Share of all progress that was made while nothing pushed; infinite without net progress."""
+    return ratio_interval(episodes["contact_free_progress"], episodes["distance"])
+
+
 def _mean_of(name: str) -> Callable[[Episodes], Estimate]:
     return lambda episodes: mean_interval(episodes[name].astype(np.float64))
 
@@ -51,6 +56,8 @@ SCORES = (
     Score("self_contact_force", "N", 2, _mean_of("mean_self_contact_force")),
     Score("cost_of_transport", "1", 2, _cost_of_transport),
     Score("left_corridor", "1", 3, _mean_of("left_corridor")),
+    Score("contact_free", "1", 3, _contact_free),
+    Score("chatter", "1", 3, _mean_of("chatter")),
 )
 
 Row = dict[str, Estimate]

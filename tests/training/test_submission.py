@@ -143,12 +143,15 @@ def test_the_leaderboard_ranks_by_the_score_over_runs():
     found = submit("fast", "--policy", "gait", "--block", "joint_angle")
     runs = [json.loads(run.model_dump_json()) for run in found.runs * 3]
     for run, score in zip(runs, (0.1, 0.2, 0.3), strict=True):
-        run["scores"] = {task: run["scores"][task] | {"score": score, "success": 1.0} for task in found.tasks}
+        of_run = {"score": score, "success": 2.0 * score, "contact_free": score, "chatter": None}
+        run["scores"] = {task: run["scores"][task] | of_run for task in found.tasks}
     changed("fast", runs=runs, about="three")
     text = leaderboard.page(leaderboard.entries(entry.Path("entries")))
     rows = [line for line in text.splitlines() if line.startswith("| `")]
     assert [row.split("`")[1] for row in rows] == ["fast", "slow"]
     assert "| 3 | 4 | 0.0 | 0.200 [0.1" in rows[0]
+    assert "| 0.400 [-0.097, 0.897] |" in rows[0], "the mean over runs with Student's interval"
+    assert rows[0].endswith("| 0.200 | - |"), "what one run lacks is not averaged"
     assert "[" not in rows[1], "one run has no interval over runs"
     assert "## ideal, planar" in text
     assert "cost of transport 0.200" in text
@@ -166,9 +169,13 @@ def test_an_entry_says_what_its_policies_are_and_how_they_fare():
         "speed": np.array([0.2, 0.1]),
         "distance": np.array([2.0, 1.0]),
         "cost_of_transport": np.array([1.0, 4.0]),
+        "contact_free_progress": np.array([0.5, 0.25]),
+        "chatter": np.array([0.1, 0.3]),
         **{name: np.zeros(2) for name in ("time", "jam_ratio", "mean_self_contact_force", "left_corridor")},
         **{name: np.zeros(2, np.bool_) for name in ("diverged", "penetrated")},
     }
     found = play.summary(episodes)
     assert (found.success, found.speed, found.score) == pytest.approx((0.5, 0.15, 0.1))
-    assert found.cost_of_transport == pytest.approx(2.0)
+    assert (found.cost_of_transport, found.contact_free, found.chatter) == pytest.approx((2.0, 0.25, 0.2))
+    backwards = play.summary(episodes | {"distance": np.array([-2.0, -1.0])})
+    assert backwards.cost_of_transport is backwards.contact_free is None

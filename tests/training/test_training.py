@@ -444,6 +444,8 @@ def test_scores_have_no_times_where_no_goal_was_reached():
         "mean_self_contact_force": np.zeros(3),
         "cost_of_transport": np.full(3, 2.0),
         "left_corridor": np.zeros(3, bool),
+        "contact_free_progress": np.zeros(3),
+        "chatter": np.zeros(3),
     }
     row = scores.score(episodes)
     assert scores.plain(row)["time_to_goal"]["value"] is None

@@ -29,6 +29,8 @@ KEPT = (
     "mean_self_contact_force",
     "cost_of_transport",
     "left_corridor",
+    "contact_free_progress",
+    "chatter",
     "diverged",
     "penetrated",
 )

@@ -34,6 +34,8 @@ class Scores(Section):
         speed_deviation: Standard deviation of that over episodes [m/s].
         score: Mean of the speed where the goal is reached, else zero [m/s].
         cost_of_transport: Work over weight times distance, of all episodes together; None: no progress.
+        contact_free: Share of the progress made while nothing pushed; None: no progress, or not measured.
+        chatter: Mean share of the power of the actions above 4 Hz; None: not measured.
         failed: Episodes that diverged or penetrated.
     """
 
@@ -42,6 +44,8 @@ class Scores(Section):
     speed_deviation: NotNegative
     score: float
     cost_of_transport: float | None
+    contact_free: float | None = None
+    chatter: Share | None = None
     failed: int
 
 

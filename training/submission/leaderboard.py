@@ -7,14 +7,15 @@ python -m training leaderboard --write    # also write docs/leaderboard.md
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from snake_env import robot_classes
 from snake_env._files import write_text
 from snake_env.evaluation import tasks
-from snake_env.evaluation.statistics import Estimate, interquartile_mean
+from snake_env.evaluation.statistics import Estimate, interquartile_mean, student_interval
 from snake_env.markdown import table
 from snake_env.policies.gaits import GaitParameters
 from training.cli import answer
@@ -28,6 +29,9 @@ PAGE = ROOT / "docs/leaderboard.md"
 MU = 0.2
 """Friction coefficient of the tasks with pegs."""
 
+MOVEMENT = {"contact_free": "contact-free", "chatter": "chatter"}
+"""Scores of how robots move, and their headings."""
+
 HEAD = """# Leaderboard
 
     python -m training submit --out submissions/mine --policy runs/sweep/mine/seed-0 --policy runs/sweep/mine/seed-1
@@ -37,8 +41,10 @@ HEAD = """# Leaderboard
 [Classes of robot](protocol.md#classes-of-robot) have tables of their own; the [track](protocol.md#tracks) of an entry
 admits what its policies observe. *Runs* are trainings with different seeds; *steps* are the environment steps of one
 of them and of all that it builds on, in millions. The *score* of an episode is its speed if it reaches the goal, else
-zero; that of an entry is the interquartile mean over its runs and all tasks of the table. Success rates follow.
-Brackets are 95 % bootstrap intervals over runs; one run has none. Speeds and costs are in `entry.json`.
+zero; that of an entry is the interquartile mean over its runs and all tasks of the table, with a bootstrap interval.
+Success rates follow, means over runs with Student's interval. Brackets hold 95 %; one run has none. *Contact-free* is
+the share of all progress made while nothing pushed, *chatter* the share of the power of the actions above 4 Hz, both
+means over runs and tasks; older entries lack them. Speeds and costs are in `entry.json`.
 
 Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, and {weaving:.3f} for any that passes
 the pegs of the thesis's course on alternating sides. It is {leader:.3f} for a body that follows the curve of the
@@ -126,23 +132,29 @@ def of_class(group: dict[str, Submission], known: list[str]) -> str:
         steps = [run.steps for run in one.runs]
         shown = "-" if None in steps else f"{max(step or 0 for step in steps) / 1e6:.1f}"
         cells = [
-            over_runs(interquartile_mean(values(one, task, "success")), one) if task in one.tasks else "-"
+            over_runs(student_interval(values(one, task, "success")), one) if task in one.tasks else "-"
             for task in columns
         ]
+        cells += [mean_over_tasks(one, columns, key) for key in MOVEMENT]
         head = (f"`{name}`", one.track, len(one.runs), one.episodes, shown)
         rows.append((score, (*head, over_runs(score, one) if score else "-", *cells)))
     rows.sort(key=lambda row: -row[0].value if row[0] else 0.0)
-    heads = ("entry", "track", "runs", "scenes", "steps", "score [m/s]", *columns)
-    return table(heads, _texts(row for _, row in rows))
-
-
-def _texts(rows: Iterable[tuple[object, ...]]) -> list[list[str]]:
-    return [[str(cell) for cell in row] for row in rows]
+    heads = ["entry", "track", "runs", "scenes", "steps", "score [m/s]", *columns, *MOVEMENT.values()]
+    texts = [[str(cell) for cell in row] for _, row in rows]
+    if all(cell == "-" for row in texts for cell in row[-len(MOVEMENT) :]):
+        heads, texts = heads[: -len(MOVEMENT)], [row[: -len(MOVEMENT)] for row in texts]
+    return table(heads, texts)
 
 
 def values(entry: Submission, task: str, key: str) -> list[float]:
     """A score of each run in a task."""
     return [float(getattr(run.scores[task], key)) for run in entry.runs]
+
+
+def mean_over_tasks(entry: Submission, columns: list[str], key: str) -> str:
+    """Of a score of all runs in those tasks in which all runs have it."""
+    found = [getattr(run.scores[task], key) for task in columns if task in entry.tasks for run in entry.runs]
+    return f"{np.mean(found):.3f}" if found and None not in found else "-"
 
 
 def over_runs(estimate: Estimate, entry: Submission) -> str:

@@ -63,12 +63,15 @@ def episodes(
 def summary(found: Episodes) -> Scores:
     """What an entry has of the episodes of a run in a task."""
     row, speed = scores.score(found), found["speed"].astype(np.float64)
-    cost = row["cost_of_transport"].value
+    finite = {
+        name: value if np.isfinite(value := row[name].value) else None for name in ("cost_of_transport", "contact_free")
+    }
     return Scores(
         success=row["success"].value,
         speed=row["speed"].value,
         speed_deviation=float(speed.std(ddof=1)) if len(speed) > 1 else 0.0,
         score=float(np.where(found["is_success"], speed, 0.0).mean()),
-        cost_of_transport=cost if np.isfinite(cost) else None,
+        chatter=row["chatter"].value,
+        **finite,
         failed=int((found["diverged"] | found["penetrated"]).sum()),
     )
