@@ -105,8 +105,8 @@ ACTION_TEXT = """An action in [-1, 1] maps linearly to [min, max]; values beyond
 within the slew limit per second, and a PD controller with a torque limit follows the references. In mode
 "residual" the wave comes first, then the offsets of the joints. `env.unwrapped.layout["action"]` lists the entries
 with their signs under reflection. In the last columns *pegs* stands for the tasks with pegs. The table is for ideal
-motors. With a [motor](robot.md#motors) its no-load speed bounds frequencies and rates instead: the fastest wave of the
-default amplitude and the fastest reference turn a joint at that speed.
+motors. A [motor](robot.md#motors) bounds frequencies and rates by its no-load speed. The fastest wave of the default
+amplitude turns joints at that speed, and so does the fastest reference.
 """
 
 SAME_ACTIONS = """Yaw bends the body sideways, pitch up and down. The waves come first, then joint by joint yaw and
