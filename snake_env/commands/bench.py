@@ -12,6 +12,7 @@ import math
 import re
 import time
 from importlib.metadata import PackageNotFoundError, metadata
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -47,11 +48,12 @@ def main(arguments: list[str]) -> int:
 
 
 def in_readme() -> dict[str, float]:
-    """Steps per second of processor time by environment, of the README that was installed with the package."""
+    """Steps per second of processor time by environment, of the README that the package or its clone has."""
+    readme = Path(__file__).parents[2] / "README.md"
     try:
         text = str(metadata("snake-robot-env"))
     except PackageNotFoundError:
-        return {}
+        text = readme.read_text(encoding="utf-8") if readme.exists() else ""
     found = re.findall(r"^ *\| `(\w+-v1)` \| gait \| ([\d,]+) \|", text, re.MULTILINE)
     return {env_id: float(number.replace(",", "")) for env_id, number in found}
 

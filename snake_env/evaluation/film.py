@@ -152,9 +152,11 @@ def write(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int = 
 def _write_mp4(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int) -> None:
     import imageio
 
-    with imageio.get_writer(path, fps=frames_per_second, macro_block_size=8) as writer:
+    with imageio.get_writer(path, fps=frames_per_second, macro_block_size=2) as writer:
         for frame in frames:
-            writer.append_data(frame)  # type: ignore[attr-defined]
+            height, width = frame.shape[:2]
+            even = frame[: height - height % 2, : width - width % 2]  # as the codec wants it
+            writer.append_data(even)  # type: ignore[attr-defined]
 
 
 def _write_small_gif(frames: list[NDArray[np.uint8]], path: Path, frames_per_second: int) -> Path:

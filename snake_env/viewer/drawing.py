@@ -106,7 +106,7 @@ class Drawing:
                 batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(found), 1)),
                 batched_positions=np.stack([x, y, 0.5 * height], axis=1),
                 batched_scales=np.stack([radius, radius, height], axis=1),
-                batched_colors=PEG,
+                batched_colors=linear(PEG),
             )
             self.solids.append(pegs)
             self._pegs = pegs
@@ -134,7 +134,7 @@ class Drawing:
                 mark.faces,
                 batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(held), 1)),
                 batched_positions=held[:, 0],
-                batched_colors=SPRING,
+                batched_colors=linear(SPRING),
             )
             self._springs = self._scene.add_line_segments("/springs", held, SPRING, thickness=0.01)
 
@@ -176,7 +176,7 @@ class Drawing:
                     shape.faces,
                     batched_wxyzs=frames.quaternion[0, rows],
                     batched_positions=frames.position[0, rows],
-                    batched_colors=colour,
+                    batched_colors=linear(colour),
                     lod="off",
                 )
                 self._shapes.append((rows, handle))
@@ -206,6 +206,12 @@ class Drawing:
         points = arrows(frames.position[k], frames.force[k])
         self._arrows.visible = points is not NO_ARROW
         self._arrows.points = points
+
+
+def linear(colour: Any) -> NDArray[np.uint8]:
+    """Colours (..., 3) of a batch: viser takes them for linear ones, and would show those of sRGB too bright."""
+    share = np.asarray(colour, float) / 255.0
+    return np.round(255.0 * np.where(share > 0.04045, ((share + 0.055) / 1.055) ** 2.4, share / 12.92)).astype(np.uint8)
 
 
 def springs_in(frames: Frames, k: int) -> Array:

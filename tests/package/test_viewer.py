@@ -17,7 +17,7 @@ from snake_env.evaluation.tasks import BenchmarkTask
 
 pytest.importorskip("viser")
 
-from snake_env.palette import FORCE_SCALE, LONGEST_ARROW
+from snake_env.palette import BODY, FORCE_SCALE, LONGEST_ARROW
 from snake_env.viewer.drawing import NO_ARROW, Drawing, arrows
 from snake_env.viewer.frames import Frames
 from snake_env.viewer.live import Live, fitting
@@ -344,6 +344,25 @@ def test_the_camera_follows_the_robot(browser):
         np.testing.assert_allclose(client.camera.position, seen, atol=2e-3)
     finally:
         live.stop()
+
+
+@NEEDS_BROWSER
+def test_the_robot_has_the_colours_of_the_palette(run, browser, tmp_path):
+    """By the ratios of red, green and blue, which hardly depend on the light."""
+    image = pytest.importorskip("PIL.Image")
+    player = run.view(port=0)
+    try:
+        page = browser.new_page(viewport={"width": 800, "height": 500})
+        page.goto(player.url)
+        page.get_by_text("follow the robot").wait_for(timeout=60_000)
+        page.wait_for_timeout(3000)
+        page.screenshot(path=tmp_path / "page.png", timeout=120_000)
+    finally:
+        player.stop()
+    red, green, blue = np.moveaxis(np.asarray(image.open(tmp_path / "page.png").convert("RGB"), float), -1, 0)
+    body = (green > blue) & (blue > 2.0 * red) & (green > 60.0)
+    assert body.mean() > 0.003
+    assert np.median((blue / green)[body]) == pytest.approx(BODY[0][2] / BODY[0][1], abs=0.06)
 
 
 @NEEDS_BROWSER
