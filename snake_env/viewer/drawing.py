@@ -98,7 +98,7 @@ class Drawing:
         if found:
             radius, x, y = np.array(found).T
             height = np.array([PEG_HEIGHT if one is None else one for one in round_ones])
-            unit = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=32)
+            unit = trimesh.creation.cylinder(radius=1.0, height=1.0, sections=48)
             pegs = self._scene.add_batched_meshes_simple(
                 "/pegs",
                 unit.vertices,
@@ -107,6 +107,7 @@ class Drawing:
                 batched_positions=np.stack([x, y, 0.5 * height], axis=1),
                 batched_scales=np.stack([radius, radius, height], axis=1),
                 batched_colors=linear(PEG),
+                flat_shading=True,  # else the edges of the top faces look round
             )
             self.solids.append(pegs)
             self._pegs = pegs
