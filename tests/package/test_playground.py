@@ -323,7 +323,11 @@ def test_a_phone_has_room_for_fingers(playground, size):
             assert box["x"] + box["width"] <= size["width"]
         page.locator("#more").tap()
     page.wait_for_function("playground.view.height === document.getElementById('stage').clientHeight")
-    link = numbers(page, "links()").reshape(-1, 7)[:, :2].mean(axis=0)
+    links = numbers(page, "links()").reshape(-1, 7)[:, :2]
+    seen = np.array([page.evaluate(f"playground.view.pixel({x}, {y}, 0)") for x, y in links])
+    assert (seen > 0.0).all(), "the camera turns with the page"
+    assert (seen < list(size.values())).all()
+    link = links.mean(axis=0)
     x, y = page.evaluate(f"playground.view.pixel({link[0]}, {link[1] + 0.25}, 0)")
     assert 0 < x < size["width"]
     assert 0 < y < size["height"]

@@ -12,7 +12,7 @@ const POLICIES = {
   spatial: {spatial: ["free"], "spatial-field": ["field"]},
 };
 // What a double click adds: pegs of the session by their kind, or a patch by its factor of friction.
-const TOOLS = {fixed: "a peg", spring: "a peg that yields", loose: "a disc to push", 0.1: "a patch of ice", 4: "a patch of rug"};
+const TOOLS = {fixed: "a peg", spring: "a peg that yields", loose: "a disc to push", 0.1: "a patch of ice", "4.0": "a patch of rug"};
 const PATCH = 0.3; // half a side [m]
 const DEGREE = Math.PI / 180;
 const PEG_RADIUS = 0.05; // of pegs that are added [m]
@@ -202,7 +202,7 @@ function listDrivers() {
 // Discs move in the plane alone.
 function listTools() {
   const kept = $("tool").value, names = Object.keys(TOOLS).filter((name) => $("model").value === "planar" || name === "fixed" || name > 0);
-  $("tool").replaceChildren(...names.sort((a, b) => (a > 0) - (b > 0)).map((name) => new Option(TOOLS[name], name)));
+  $("tool").replaceChildren(...names.map((name) => new Option(TOOLS[name], name)));
   $("tool").value = names.includes(kept) ? kept : "fixed";
 }
 

@@ -179,20 +179,21 @@ export class View {
     this.goal.add(mesh);
   }
 
-  // Places the camera anew: the robot on the left, the goal on the right; in an upright picture the robot below, the goal
-  // above.
+  // Looks at a robot that begins there.
   look(centre, spatial) {
     this.resize();
     this.centre.set(centre[0], centre[1], 0);
-    const ahead = spatial ? 0 : 0.45, [back, up] = spatial ? [2.5, 1.5] : [2.3, 2.6];
-    if (this.camera.aspect < 1) {
-      this.controls.target.set(centre[0] + ahead, centre[1], 0);
-      this.camera.position.set(centre[0] - back, centre[1], up + 0.8);
-    } else {
-      this.controls.target.set(centre[0] + ahead, centre[1], 0);
-      this.camera.position.set(centre[0] + (spatial ? 0.5 : 0.1), centre[1] - back, up);
-    }
+    this.spatial = spatial;
     this.trailCount = 0;
+    this.aim();
+  }
+
+  // Places the camera: the robot on the left, the goal on the right; in an upright picture the robot below, the goal above.
+  aim() {
+    const {x, y} = this.centre, [back, up] = this.spatial ? [2.5, 1.5] : [2.3, 2.6];
+    this.controls.target.set(x + (this.spatial ? 0 : 0.45), y, 0);
+    if (this.camera.aspect < 1) this.camera.position.set(x - back, y, up + 0.8);
+    else this.camera.position.set(x + (this.spatial ? 0.5 : 0.1), y - back, up);
   }
 
   // Moves the view with the robot.
@@ -263,8 +264,10 @@ export class View {
     [this.width, this.height] = [width, height];
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setSize(width, height, false);
+    const turned = this.camera.aspect < 1 !== width < height;
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    if (turned) this.aim();
   }
 
   draw() {
