@@ -342,7 +342,7 @@ def _conditions(model: str, uses: dict[str, set[str]]) -> str:
         choices = _choices(model)[option]
         present = [value for value in choices if value in found]
         absent = [value for value in choices if value not in found]
-        if option == "task" and set(present) == peg_tasks():
+        if option == "task" and set(present) == peg_tasks() & set(choices):
             parts.append("pegs")
         elif absent and 3 * len(absent) < len(present):
             parts.append(f"`{option}` not {', '.join(absent)}")
