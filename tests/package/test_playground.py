@@ -288,6 +288,10 @@ def test_discs_are_pushed_and_stay_where_they_were_pushed_when_another_is_dragge
     dragged = numbers(page, "pegs()").reshape(-1, 3)
     np.testing.assert_array_equal(np.delete(dragged, far, 0), np.delete(after, far, 0))
     np.testing.assert_allclose(dragged[far, 1:], [8.0, 3.0])
+    steps(page, 1)
+    pushed = int(np.argmax(moved))
+    left = numbers(page, "pegs()").reshape(-1, 3)[pushed] - after[pushed]
+    assert np.hypot(*left[1:]) < 0.3 * moved.max()
 
 
 def test_a_patch_of_ice_is_laid_and_taken_away(playground):
@@ -321,6 +325,7 @@ def test_a_phone_has_room_for_fingers(playground, size):
             assert min(box["width"], box["height"]) >= TOUCHED, one.get_attribute("id")
             assert box["x"] >= 0.0
             assert box["x"] + box["width"] <= size["width"]
+        page.locator("#restart").tap()
         page.locator("#more").tap()
     page.wait_for_function("playground.view.height === document.getElementById('stage').clientHeight")
     links = numbers(page, "links()").reshape(-1, 7)[:, :2]
