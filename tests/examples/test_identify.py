@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import snake_env
-from snake_env import PD, JointTrajectory, Robot, Scene, Start, Stribeck
+from snake_env import PD, Integrator, JointTrajectory, Motor, Robot, Scene, Start, Stribeck
 
 NOISE_FREE = {"marker": 0.0, "encoder": 0.0}
 
@@ -19,20 +19,20 @@ def identify(monkeypatch):
     return pytest.importorskip("identify")
 
 
-def log_of(identify, scene=None, **changes):
+def log_of(identify, scene=None, motor=None, **changes):
     """A noise-free log that the example did not make: another frame, markers beside their links, some unseen."""
     log = identify.synthetic(identify.TRUTH, identify.Noise(**NOISE_FREE), seed=0)
-    along, across, kp, kd, backlash, delay = identify.TRUTH
+    forward, backward, across, kp, kd, backlash, delay, stall, speed = identify.TRUTH
     run = snake_env.simulate(
-        robot=Robot(links=7, backlash=np.radians(backlash)),
-        scene=scene or Scene(friction=(along, across)),
+        robot=Robot(links=7, backlash=np.radians(backlash), motor=motor or Motor(stall, speed)),
+        scene=scene or Scene(friction=(forward, across), friction_backward=backward),
         gait=JointTrajectory(log["time"], log["reference"]),
         controller=PD(kp, kd, **changes),
         start=Start(position=(1.0, -2.0), heading=0.7),
         reference_delay=delay,
         duration=6.0,
         sample=0.05,
-        precision="fine",
+        integrator=Integrator(step=identify.INTEGRATION),
     )
     link, (ahead, left) = 4, (0.03, -0.05)
     cosine, sine = np.cos(run.angle[:, link]), np.sin(run.angle[:, link])
@@ -51,7 +51,7 @@ def test_parameters_of_a_noise_free_log_are_found(identify):
 
 
 def test_intervals_hold_the_truth_under_noise(identify):
-    """Estimates of four logs scatter about the truth as their standard errors say: a chi-square of 24 values."""
+    """Estimates of four logs scatter about the truth as their standard errors say: a chi-square of 36 values."""
     fits = [
         identify.fit(identify.synthetic(identify.TRUTH, identify.Noise(), seed), identify.Noise()) for seed in range(4)
     ]
@@ -71,13 +71,13 @@ def test_what_a_robot_at_rest_does_not_show_is_named(identify):
 
 def test_a_direction_that_cannot_be_told_names_all_of_its_parameters(identify):
     """Two parameters with opposite effects: only their difference is known."""
-    rng = np.random.default_rng(0)
-    columns = 100.0 * np.linalg.qr(rng.standard_normal((600, 6)))[0]
+    rng, count = np.random.default_rng(0), len(identify.NAMES)
+    columns = 100.0 * np.linalg.qr(rng.standard_normal((600, count)))[0]
     columns[:, 1] = -columns[:, 0]
     errors = rng.standard_normal((60, 10))
-    found = identify.judged(identify.TRUTH, identify.TRUTH, columns, errors, np.zeros(6, bool))
+    found = identify.judged(identify.NAMES, identify.TRUTH, identify.TRUTH, columns, errors, np.zeros(count, bool))
     assert found.warnings in [
-        [f"cannot be told within its own size: friction along ({sign}0.71), friction across ({sign}0.71)"]
+        [f"cannot be told within its own size: friction forward ({sign}0.71), friction backward ({sign}0.71)"]
         for sign in "+-"
     ]
     assert max(found.standard_errors[2:] / identify.TRUTH[2:]) < 0.02
@@ -85,14 +85,43 @@ def test_a_direction_that_cannot_be_told_names_all_of_its_parameters(identify):
 
 def test_gains_too_stiff_for_the_encoders_are_named(identify):
     """Their columns of the Jacobian are errors of the simulations."""
-    truth = identify.TRUTH * np.array([1, 1, 50, 2, 1, 1])
+    truth = identify.TRUTH * np.array([1, 1, 1, 50, 2, 1, 1, 1, 1])
     found = identify.fit(identify.synthetic(truth, identify.Noise(), seed=0), identify.Noise())
-    assert any("hardly depend on kp" in text for text in found.warnings)
+    assert any("kp" in text for text in found.warnings)
+
+
+def test_a_motor_that_never_limits_the_torque_is_named_and_the_rest_is_found(identify):
+    strong = Motor(stall_torque=500.0, no_load_speed=500.0)
+    found = identify.fit(log_of(identify, motor=strong), identify.Noise())
+    for name in ("stall torque", "no-load speed"):
+        assert any(name in text for text in found.warnings), name
+    np.testing.assert_allclose(found.values[:7], identify.TRUTH[:7], rtol=0.02)
+
+
+def test_friction_backward_is_named_where_nothing_slides_backward(identify):
+    """Without a wave that runs back links slide forward only."""
+    log = identify.synthetic(identify.TRUTH, identify.Noise(), seed=0)
+    first = log["time"] <= 1.5
+    log |= {name: log[name][first] for name in ("time", "reference", "joint_angle", "marker")}
+    found = identify.fit(log, identify.Noise())
+    before = found.standard_errors / found.values
+    whole = identify.fit(identify.synthetic(identify.TRUTH, identify.Noise(), seed=0), identify.Noise())
+    after = whole.standard_errors / whole.values
+    assert before[1] > 5.0 * after[1]
+
+
+def test_what_is_held_keeps_its_value(identify):
+    """A robot whose motors are known to have no limit."""
+    names = [name for name in identify.NAMES if name not in ("stall torque", "no-load speed")]
+    guess = np.append(identify.GUESS[:7], [np.inf, np.inf])
+    found = identify.fit(log_of(identify, motor=Motor()), identify.Noise(), guess, names)
+    np.testing.assert_allclose(found.values, identify.TRUTH[:7], rtol=5e-3)
+    assert not found.warnings
 
 
 def test_a_model_that_is_not_the_robots_is_noticed(identify):
-    along, across = identify.TRUTH[:2]
-    slippery = Scene(friction=(along, across), stribeck=Stribeck(drop=0.6, speed=0.05))
+    forward, backward, across = identify.TRUTH[:3]
+    slippery = Scene(friction=(forward, across), friction_backward=backward, stribeck=Stribeck(drop=0.6, speed=0.05))
     found = identify.fit(log_of(identify, slippery, torque_limit=1.0), identify.Noise())
     assert any("wrong model" in text for text in found.warnings)
 
