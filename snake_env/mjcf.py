@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env._native import simulate
+from snake_env.config.motor import Motor
 from snake_env.config.robot import LOCK_STIFFNESS, per_axis, per_link
 from snake_env.errors import ConfigError
 from snake_env.obstacles import (
@@ -124,6 +125,9 @@ def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
     if has_ground and _has_own_pairs(scene, robot):
         equal = "equal coefficients where top faces or height fields have the friction of the ground, for MuJoCo"
         raise ConfigError("scene.friction", scene.friction, f"{equal}; and robot.friction_factor=1")
+    if scene.friction[0] != scene.friction[1] and not per_link(robot.contact_half_length, robot.links).all():
+        equal = "> 0 where friction along and across differ, for MuJoCo, where spheres have no direction"
+        raise ConfigError("robot.contact_half_length", 0.0, equal)
     for j, obstacle in enumerate(scene.obstacles):
         _require_geom(obstacle, f"scene.obstacles[{j}]")
     if scene.friction_backward not in (None, scene.friction[0]):
@@ -136,7 +140,7 @@ def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
         )
     if scene.stribeck.drop or any(scene.viscous):
         raise ConfigError("scene", "friction that depends on speed", "only Coulomb friction for MuJoCo")
-    if robot.motor is not None and math.isfinite(robot.motor.no_load_speed):
+    if any(math.isfinite(motor.no_load_speed) for motor in _motors(robot)):
         # At the call of Scene.to_mjcf.
         warnings.warn("left out: the torque-speed line of robot.motor", UserWarning, stacklevel=4)
     for field, value, expected in (
@@ -281,7 +285,7 @@ def _add_chain(world: Element, robot: Robot, place: tuple[float, ...], angles: l
     )
     # Links touch what is solid by their conaffinity, and each other by their contype; neighbours do not.
     contact = {"contype": 0 if robot.self_contact is False else LINK, "conaffinity": 3, "condim": 1}
-    body = world
+    body, motors = world, _motors(robot)
     for i in range(count):
         at = place if i == 0 else (0.5 * length[0] + offset[0] if i == 1 else length[i - 1], 0.0, 0.0)
         body = _add(body, "body", name=f"link_{i + 1}", pos=at)
@@ -289,14 +293,19 @@ def _add_chain(world: Element, robot: Robot, place: tuple[float, ...], angles: l
             _add(body, "freejoint", name="root")
         else:
             limit = _limit(robot, i - 1)
-            for (joint, axis), angle in zip(robot.joint_axes, angles, strict=True):
+            for (joint, axis), angle, motor in zip(robot.joint_axes, angles, motors, strict=True):
                 if joint == i - 1:
-                    own = _lock(angle, step) if joint in robot.locked else _rotor(robot, joint, step)
+                    driven = {} if joint in robot.limp else _rotor(motor, step)
+                    own = _lock(angle, step) if joint in robot.locked else driven
                     _add(body, "joint", **_hinge(joint, axis), type="hinge", **limit, **own)
         cg = 0.0 if i == 0 else 0.5 * length[i] - offset[i]
         _add(body, "inertial", pos=(cg, 0.0, 0.0), mass=mass[i], diaginertia=(roll[i], inertia[i], inertia[i]))
-        ends = (cg + offset[i] - half[i], 0.0, 0.0, cg + offset[i] + half[i], 0.0, 0.0)
-        _add(body, "geom", name=f"link_{i + 1}", type="capsule", fromto=ends, size=(radius[i],), **contact)
+        middle = cg + offset[i]
+        # MuJoCo refuses capsules without straight sides.
+        shape: dict[str, Any] = {"type": "sphere", "pos": (middle, 0.0, 0.0)}
+        if half[i]:
+            shape = {"type": "capsule", "fromto": (middle - half[i], 0.0, 0.0, middle + half[i], 0.0, 0.0)}
+        _add(body, "geom", name=f"link_{i + 1}", size=(radius[i],), **shape, **contact)
 
 
 def _lock(angle: float, step: float) -> dict[str, Any]:
@@ -304,10 +313,14 @@ def _lock(angle: float, step: float) -> dict[str, Any]:
     return {"stiffness": LOCK_STIFFNESS, "springref": angle, "damping": LOCK_STIFFNESS * step}
 
 
-def _rotor(robot: Robot, joint: int, step: float) -> dict[str, Any]:
-    """Inertia of the motor of a joint, and friction of its gear, as stiff as the time step lets it be."""
-    motor = robot.motor
-    if motor is None or joint in robot.limp:
+def _motors(robot: Robot) -> list[Motor]:
+    """Of each axis; ``Motor()``, which does nothing, where a robot has none."""
+    return per_axis(Motor() if robot.motor is None else robot.motor, robot)
+
+
+def _rotor(motor: Motor, step: float) -> dict[str, Any]:
+    """Inertia of the motor of an axis, and friction of its gear, as stiff as the time step lets it be."""
+    if not (motor.rotor_inertia or motor.gear_friction or motor.gear_damping):
         return {}
     return {
         "armature": motor.rotor_inertia * motor.gear_ratio**2,
@@ -340,13 +353,12 @@ def _hinge(joint: int, axis: Any) -> dict[str, Any]:
 
 def _servos(controller: PD, robot: Robot) -> Iterator[dict[str, Any]]:
     """Of each axis: its own gains and limit, or the controller's."""
-    stall = math.inf if robot.motor is None else robot.motor.stall_torque
     unlimited = math.inf if controller.torque_limit is None else controller.torque_limit
     shared = {"kp": controller.kp, "kd": controller.kd, "torque_limit": unlimited}
     own = {name: getattr(robot, name) for name in shared}
     columns = [per_axis(shared[name] if value is None else value, robot) for name, value in own.items()]
-    for kp, kd, own_limit in zip(*columns, strict=True):
-        limit = min(stall, own_limit)
+    for motor, kp, kd, own_limit in zip(_motors(robot), *columns, strict=True):
+        limit = min(motor.stall_torque, own_limit)
         bounds = {} if math.isinf(limit) else {"forcerange": (-limit, limit), "forcelimited": "true"}
         yield {"kp": kp, "kv": kd, **bounds}
 

@@ -61,6 +61,8 @@ class TaskOptions(TypedDict, total=False):
     privileged: bool
     observation_noise: Mapping[str, float]
     observation_delay: Mapping[str, float]
+    imu_link: int
+    encoder_resolution: float
     energy: str
     termination: Mapping[str, bool]
     friction: tuple[float, float] | None

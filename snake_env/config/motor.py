@@ -13,7 +13,7 @@ _NONE = core_defaults("motor")
 
 @dataclass(frozen=True)
 class Motor(Section):
-    """A motor with its gear, the same on every joint axis that is neither locked nor limp.
+    """A motor with its gear, on every joint axis or on one.
 
     Driving, it gives at most ``stall_torque (1 - |rate| / no_load_speed)``, beyond the no-load speed nothing. Braking,
     it gives up to ``stall_torque``. It never gives more than the controller's ``torque_limit``. Up to the no-load speed

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +63,8 @@ class Robot(Section):
         backlash: angle by which a joint can turn while its motor stands still (T 7.5.4) [rad], 0 to pi/2; Aiko has 3
             to 5 degrees. Per joint. Not in the minimal model, with the method "thesis" nor with :class:`IOLinearizing`.
         motor: what drives every axis that is neither locked nor limp; None: whatever torque the controller asks for, at
-            any rate. With the method "implicit" only, not in the minimal model.
+            any rate. Or a sequence, one per joint, where a joint with both axes may have (yaw, pitch). ``Motor()``
+            stands for none there. With the method "implicit" only, not in the minimal model.
         locked: joints that keep the angle of the start, numbered from 0 as in ``joint_angle``. Springs of 1e9 N m/rad
             hold them, without play, torque limit or drift. With the method "implicit", set-valued friction and
             :class:`PD` only. In environments actions do not move them.
@@ -80,6 +81,7 @@ class Robot(Section):
 
     _section = "robot"
     _parts = MappingProxyType({"motor": Motor})
+    _listed = frozenset({"motor"})
 
     links: int = _AIKO.links
     length: PerLink = _AIKO.length
@@ -94,7 +96,7 @@ class Robot(Section):
     self_contact: bool | None = _AIKO.self_contact
     joint_limit: float | Sequence[float | Sequence[float]] | None = _AIKO.joint_limit
     axes: AxisName | Sequence[AxisName | Sequence[float]] = _AIKO.axes
-    motor: Motor | None = _AIKO.motor
+    motor: Motor | Sequence[Motor | Sequence[Motor]] | None = _AIKO.motor
     locked: Sequence[int] = _AIKO.locked
     limp: Sequence[int] = _AIKO.limp
     kp: PerAxis | None = _AIKO.kp
@@ -158,6 +160,32 @@ class Robot(Section):
         return cls(**(fields | changes))
 
     @classmethod
+    def dgist(cls, **changes: Any) -> Robot:
+        """A robot with 20 hinges, in turn pitch and yaw, as public models of DGIST's snake robot have it.
+
+        From Snake_Robot_o20_Rolling_S.xml in github.com/XiaoJian923/Snake_Robot_Gait, commit 6d217ea. Joints are 67.5
+        and 69.5 mm apart and turn by a right angle to either side. A module has 0.2 kg, a joint has armature 0.01 kg m^2
+        and damping 0.6 N m s/rad. Its servos are ``PD(4.0, 0.0, torque_limit=3.0)``. The radius of 32.5 mm is that of the discs in
+        description/mujoco/snake_dgist.xml of github.com/VanguardDream/snake_RL. Assumed: head and tail are as long as
+        modules, and links are homogeneous cylinders. These are data of models; no data sheet is published. Keywords
+        replace fields.
+        """
+        radius, mass = 0.0325, 0.2
+        length = np.array([0.0695, *[0.0675, 0.0695] * 10])
+        fields: dict[str, Any] = {
+            "links": 21,
+            "length": length,
+            "contact_half_length": 0.5 * length - radius,
+            "radius": radius,
+            "mass": mass,
+            "inertia": mass * (3.0 * radius**2 + length**2) / 12.0,
+            "roll_inertia": 0.5 * mass * radius**2,
+            "axes": ["pitch", "yaw"] * 10,
+            "motor": Motor(rotor_inertia=0.01, gear_damping=0.6),
+        }
+        return cls(**(fields | changes))
+
+    @classmethod
     def from_mjcf(cls, path: str | Path, *, tolerance: float = 1e-6, **changes: Any) -> Robot:
         """The serial chain of links and hinges in a file of MuJoCo, which has to be installed (extra ``mujoco``).
 
@@ -174,8 +202,10 @@ class Robot(Section):
         as :meth:`Scene.to_mjcf` writes them, are locked.
 
         Gains of servos and torque limits that differ from joint to joint are read. Those that are the same at all
-        joints belong to :class:`PD`, friction to :class:`Scene`; neither is read. Armature, friction and damping that
-        are the same at all driven joints are those of the ``motor``.
+        joints belong to :class:`PD`, the friction of the ground to :class:`Scene`; neither is read. Where coefficients
+        of sliding between links and ground differ, ``friction_factor`` has their ratios. There the link in the middle
+        of their order has 1, and its coefficient belongs to :class:`Scene`. Armature, friction and damping of
+        driven joints are those of the ``motor``.
 
         Args:
             path: of the file; what :meth:`Scene.to_mjcf` writes is one.
@@ -212,12 +242,15 @@ UNIT_AXES: dict[tuple[float, ...], AxisName] = {
 """Names of vectors of the link frame."""
 
 
-def per_axis(value: PerAxis, robot: Robot) -> list[float]:
+V = TypeVar("V")
+
+
+def per_axis(value: V | Sequence[V | Sequence[V]], robot: Robot) -> list[V]:
     """A quantity of each axis in :attr:`Robot.joint_axes`."""
-    joints: Any = [value] * (robot.links - 1) if isinstance(value, float | int) else value
+    joints: Any = value if isinstance(value, Sequence) else [value] * (robot.links - 1)
     second = {(joint, "pitch") for joint, axis in robot.joint_axes if axis == "yaw"}
     pairs = ((joints[joint], (joint, axis) in second) for joint, axis in robot.joint_axes)
-    return [float(one[is_second] if isinstance(one, Sequence) else one) for one, is_second in pairs]
+    return [one[is_second] if isinstance(one, Sequence) else one for one, is_second in pairs]
 
 
 def per_link(value: PerLink, links: int) -> NDArray[np.float64]:

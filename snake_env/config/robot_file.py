@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import statistics
 import warnings
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -103,9 +104,13 @@ class _Chain:
         if "limp" not in given:
             found["limp"] = self.limp
         self.takes_motor = not {"motor", "backlash"} & set(given)
-        if self.takes_motor and any(self.passive.values()):
-            found["motor"] = Motor(**self.passive)
+        if self.takes_motor and any(map(np.any, self.passive.values())):
+            columns = zip(*(column.tolist() for column in self.passive.values()), strict=True)
+            motors = [Motor(**dict(zip(self.passive, values, strict=True))) for values in columns]
+            found["motor"] = motors[0] if len(set(motors)) == 1 else self._by_joint(motors, Motor())
         found |= self._gains()
+        if takes_outlines and "friction_factor" not in given:
+            found |= self._friction()
         if "gravity" not in given:
             found["gravity"] = 0.0 if self._is_off("GRAVITY") else float(np.linalg.norm(self.model.opt.gravity))
             if not found["gravity"]:
@@ -119,17 +124,45 @@ class _Chain:
         return {name: value for name, value in found.items() if name not in given}
 
     @cached_property
-    def passive(self) -> dict[str, float]:
-        """Fields of the motor: armature, friction and damping that are the same at all joints that have a motor."""
+    def passive(self) -> dict[str, Array]:
+        """Fields of the motors: armature, friction and damping of each hinge in :attr:`_driven`."""
         model = self.model
         dofs = model.jnt_dofadr[self._driven]
         damping = model.dof_damping[dofs] + self._of_actuators(model.actuator_damping)
-        values = {
+        return {
             "rotor_inertia": model.dof_armature[dofs] + self._of_actuators(model.actuator_armature),
             "gear_friction": model.dof_frictionloss[dofs] * (not self._is_off("FRICTIONLOSS")),
             "gear_damping": damping * (not self._is_off("DAMPER")),
         }
-        return {name: float(each[0]) for name, each in values.items() if each.size and np.ptp(each) == 0.0}
+
+    def _by_joint(self, of_driven: list[Any], unused: Any) -> tuple[Any, ...]:
+        """Values of the hinges in :attr:`_driven`, joint by joint."""
+        of_hinge = dict(zip(self._driven, of_driven, strict=True))
+        joints = [tuple(of_hinge.get(hinge, unused) for hinge in link.hinges) for link in self.links[1:]]
+        return tuple(joint[0] if len(set(joint)) == 1 else joint for joint in joints)
+
+    def _friction(self) -> dict[str, Any]:
+        """Coefficients of sliding between each link and the ground over that in the middle of their order, where they
+        differ.
+        """
+        model, kinds = self.model, self.library.mjtGeom
+        links = [self._geom(i)[0] for i in range(len(self.links))]
+        grounds = np.isin(model.geom_type, (kinds.mjGEOM_PLANE, kinds.mjGEOM_HFIELD))
+        ground = next((geom for geom in np.flatnonzero(grounds).tolist() if geom not in links), None)
+        of_links = [self._sliding(geom, ground) for geom in links]
+        middle = statistics.median_low([mu for mu in of_links if mu] or [1.0])
+        return {} if len(set(of_links)) == 1 else {"friction_factor": tuple(mu / middle for mu in of_links)}
+
+    def _sliding(self, geom: int, ground: int | None) -> float:
+        """Coefficient between two geoms: that of their pair, or as MuJoCo mixes theirs; without ground the geom's."""
+        model = self.model
+        for pair in range(model.npair):
+            if {geom, ground} == {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}:
+                return float(model.pair_friction[pair, 0]) if model.pair_dim[pair] > 1 else 0.0
+        both = [geom] if ground is None else [geom, ground]
+        first = model.geom_priority[both].max()
+        rule = [one for one in both if model.geom_priority[one] == first]
+        return float(model.geom_friction[rule, 0].max()) if model.geom_condim[rule].max() > 1 else 0.0
 
     def _gains(self) -> dict[str, Any]:
         """Gains of servos, one at every joint with a motor, and torque limits, where they differ between joints."""
@@ -150,10 +183,7 @@ class _Chain:
         found = {}
         for name, column in columns.items():
             if len(set(column.tolist())) > 1:
-                of_hinge = dict(zip(self._driven, column.tolist(), strict=True))
-                unused = np.inf if name == "torque_limit" else 0.0
-                joints = [tuple(of_hinge.get(hinge, unused) for hinge in link.hinges) for link in self.links[1:]]
-                found[name] = tuple(joint[0] if len(set(joint)) == 1 else joint for joint in joints)
+                found[name] = self._by_joint(column.tolist(), np.inf if name == "torque_limit" else 0.0)
         return found
 
     def _of_actuators(self, values: Array) -> Array:
@@ -453,9 +483,8 @@ class _Chain:
         hinges = [hinge for hinge in self.hinges if hinge not in locked]
         dofs, held = model.jnt_dofadr[hinges], (model.qpos_spring - model.qpos0)[model.jnt_qposadr[locked]]
 
-        def others(field: str) -> Array:
-            """1 for hinges whose value the motor does not have, 0 for the others."""
-            return np.where(np.isin(hinges, self._driven) & (field in self.passive) & self.takes_motor, 0.0, 1.0)
+        # 1 for hinges whose values no motor has, 0 for the others.
+        others = np.where(np.isin(hinges, self._driven) & self.takes_motor, 0.0, 1.0)
 
         for body in self.crosses:
             if model.body_mass[body]:
@@ -463,9 +492,9 @@ class _Chain:
         for joint in self.supports:
             yield f"{self._name('joint', joint)}, between the robot and the world"
         for kind, numbers, name, values, unit in (
-            ("joint", hinges, "damping", model.dof_damping[dofs] * others("gear_damping"), "N m s/rad"),
-            ("joint", hinges, "frictionloss", model.dof_frictionloss[dofs] * others("gear_friction"), "N m"),
-            ("joint", hinges, "armature", model.dof_armature[dofs] * others("rotor_inertia"), "kg m^2"),
+            ("joint", hinges, "damping", model.dof_damping[dofs] * others, "N m s/rad"),
+            ("joint", hinges, "frictionloss", model.dof_frictionloss[dofs] * others, "N m"),
+            ("joint", hinges, "armature", model.dof_armature[dofs] * others, "kg m^2"),
             ("joint", hinges, "stiffness", model.jnt_stiffness[hinges], "N m/rad"),
             ("joint", hinges, "nonlinear damping", np.abs(model.dof_dampingpoly[dofs]).max(axis=1), "at most"),
             ("joint", hinges, "nonlinear stiffness", np.abs(model.jnt_stiffnesspoly[hinges]).max(axis=1), "at most"),

@@ -39,11 +39,14 @@ class Section:
     _aliases: ClassVar[tuple[str, ...]] = ()
     _parts: ClassVar[Mapping[str, type[Section]]] = {}
     """Fields that are sections themselves, and their classes; one whose default is None may be None."""
+    _listed: ClassVar[frozenset[str]] = frozenset()
+    """Those of them that may also be lists of sections, and lists of such lists."""
 
     def __post_init__(self) -> None:
         for name, part in self._parts.items():
             value = getattr(self, name)
-            if not isinstance(value, part) and value is not getattr(type(self), name):
+            listed = DEEPEST if name in self._listed else 0
+            if not _is_made_of(part, value, listed) and value is not getattr(type(self), name):
                 raise ConfigError(f"{self._section}.{name}", repr(value), f"a snake_env.{part.__name__}")
         freeze(self)
         check(self._section, self)
@@ -69,12 +72,31 @@ class Section:
         for name, one in value.items():
             if name not in known and name not in cls._aliases:
                 raise ConfigError(f"{path}.{name}", repr(one), "a known field: " + ", ".join(known))
-        parts = {name: value[name] for name in cls._parts if isinstance(value.get(name), Mapping)}
         try:
-            sections = {name: cls._parts[name].of(one, f"{cls._section}.{name}") for name, one in parts.items()}
+            sections = {
+                name: _made_of(part, value[name], f"{cls._section}.{name}")
+                for name, part in cls._parts.items()
+                if name in value
+            }
             return cls(**{**value, **sections})
         except ConfigError as error:
             raise renamed(error, cls._section, path) from None
+
+
+def _is_made_of(part: type[Section], value: Any, depth: int) -> bool:
+    """Whether a value is a section, or lists of them, nested up to ``depth`` times."""
+    if depth and isinstance(value, list | tuple):
+        return bool(value) and all(_is_made_of(part, one, depth - 1) for one in value)
+    return isinstance(value, part)
+
+
+def _made_of(part: type[Section], value: Any, path: str, depth: int = DEEPEST) -> Any:
+    """A value whose mappings, also those in lists, are sections."""
+    if isinstance(value, Mapping):
+        return part.of(value, path)
+    if depth and isinstance(value, list | tuple):
+        return [_made_of(part, one, f"{path}[{j}]", depth - 1) for j, one in enumerate(value)]
+    return value
 
 
 AnySection = TypeVar("AnySection", bound=type[Section])

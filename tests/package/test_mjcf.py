@@ -305,6 +305,7 @@ def test_rays_over_uneven_ground_and_among_bodies_are_those_of_mujoco(has_field)
         (Scene(spin_friction=0.05), {}, "scene.spin_friction"),
         (Scene(friction_law="ellipse"), {}, "scene.friction_law"),
         (Scene(), {"robot": Robot.aiko()}, "robot.backlash"),
+        (Scene(friction=(0.2, 0.5)), {"robot": Robot(contact_half_length=0.0)}, "robot.contact_half_length"),
         (Scene(), {"controller": PD(active_from=0.1)}, "controller.active_from"),
         (Scene(), {"controller": PD(treatment="step")}, "controller.treatment"),
         (Scene(), {"start": Start(posture=[0.1])}, "start.posture"),

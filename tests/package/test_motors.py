@@ -84,6 +84,54 @@ def test_torques_as_actions_reach_the_stall_torque():
     envs.close()
 
 
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_motors_of_all_joints_are_those_of_each(model):
+    motor = Motor(stall_torque=3.0, no_load_speed=2.0, rotor_inertia=1e-3, gear_friction=0.1)
+    options = {"gait": FAST, "scene": GROUND, "duration": 0.5, "record": ("power",)}
+    alike, each = (snake_env.simulate(model, robot=Robot(motor=m), **options) for m in (motor, [motor] * 10))
+    np.testing.assert_array_equal(each.joint_angle, alike.joint_angle)
+    np.testing.assert_array_equal(each.electrical_power, alike.electrical_power)
+
+
+def test_each_joint_stays_below_the_line_of_its_own_motor(tmp_path):
+    strong = Motor(stall_torque=6.0, no_load_speed=5.0)
+    robot = Robot(motor=[WEAK] * 5 + [strong] * 4 + [Motor()])
+    rough = Scene(friction=(0.8, 2.0))
+    run = snake_env.simulate(robot=robot, gait=FAST, scene=rough, duration=2.0, record=("velocity",))
+    torque, rate = -run.joint_torque, run.joint_rate
+    driving = torque * rate > 0.0
+    for joints, motor in ((slice(5), WEAK), (slice(5, 9), strong)):
+        line = np.maximum(motor.stall_torque * (1.0 - np.abs(rate[:, joints]) / motor.no_load_speed), 0.0)
+        below = np.abs(torque[:, joints]) < line + 1e-6
+        assert below[driving[:, joints]].all()
+    assert np.abs(torque[:, 5:9]).max() > 3.0, "the strong ones must give more than a weak one can"
+    run.save(tmp_path / "run.npz")
+    assert snake_env.load_trajectory(tmp_path / "run.npz").robot == robot
+    envs = gymnasium.make_vec("SnakeFree-v1", num_envs=1, robot={"motor": [{"stall_torque": 2.0}, *[strong] * 9]})
+    assert envs.unwrapped.layout["config"]["robot"]["motor"][0]["stall_torque"] == 2.0
+    envs.close()
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"motor": [WEAK] * 9}, r"robot\.motor = 9 entries: expected .*10 entries \(one per joint\)"),
+        ({"motor": [(WEAK, WEAK)] * 10, "axes": "yaw"}, r"robot\.motor\[0\] = 2 values: .*joint with both axes"),
+        ({"motor": [WEAK] * 9 + [3.0]}, r"robot\.motor = .*expected a snake_env\.Motor"),
+        ({"motor": []}, r"robot\.motor = \[\]: expected a snake_env\.Motor"),
+        (
+            {"motor": [WEAK] * 9 + [Motor(gear_friction=1.0)], "backlash": [0.0] * 9 + [0.1]},
+            r"robot\.backlash = 0\.1: expected 0",
+        ),
+    ],
+)
+def test_motors_that_joints_cannot_have_are_named(fields, message):
+    with pytest.raises(ConfigError, match=message):
+        Robot(**fields)
+    if "backlash" in fields:
+        Robot(motor=fields["motor"], backlash=[0.1] * 9 + [0.0])
+
+
 def test_saved_states_and_runs_keep_motors(tmp_path):
     motor = Motor(stall_torque=4.0, no_load_speed=3.0, rotor_inertia=1e-3, gear_friction=0.4)
     run = snake_env.simulate(robot=Robot(motor=motor), duration=0.3)

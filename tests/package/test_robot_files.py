@@ -41,6 +41,7 @@ def bounds(robot):
         Robot(links=2, axes="yaw", gravity=3.7),
         Robot(links=7, axes=["yaw", "pitch"] * 3, **dict.fromkeys(QUANTITIES, 0.1 * UNEVEN) | {"length": UNEVEN}),
         Robot(links=4, axes="yaw", cg_offset=[-0.05, 0.02, 0.0, 0.06]),
+        Robot(links=3, axes="yaw", contact_half_length=[0.03, 0.0, 0.0]),
         Robot(links=6, axes=["yaw", "roll", (1.0, 2.0, 3.0), "both", (0.0, -1.0, 0.0)], self_contact=False),
         Robot(links=5, axes=["pitch", "yaw", "both", "roll"], joint_limit=[(-0.3, 1.2), 0.4, (0.0, 1.0), np.inf]),
         Robot(links=5, axes=["pitch", "yaw", "both", "both"], locked=(0, 2), limp=(3,)),
@@ -53,8 +54,14 @@ def bounds(robot):
             limp=(2,),
         ),
         Robot(links=4, limp=(1,), motor=Motor(rotor_inertia=1e-3, gear_friction=0.1, gear_damping=0.02)),
+        Robot(
+            links=5,
+            axes=["yaw", "both", "pitch", "both"],
+            motor=[Motor(rotor_inertia=1e-3), (Motor(gear_friction=0.1), Motor(gear_damping=0.02)), Motor(), Motor()],
+            limp=(2,),
+        ),
     ],
-    ids=["aiko", "two", "uneven", "offset", "axes", "limits", "broken", "gains", "motor"],
+    ids=["aiko", "two", "uneven", "offset", "spheres", "axes", "limits", "broken", "gains", "motor", "motors"],
 )
 def test_a_robot_survives_the_way_through_a_file(robot, from_text):
     """Of scenes on a slope, with obstacles, at any place."""
@@ -242,9 +249,8 @@ LINK += INERTIAL.format(0.05)
 
 
 def test_the_root_link_of_a_urdf_file_is_link_1(from_text):
-    left_out = r'damping of joint "pan" \(0\.1 N m s/rad\); frictionloss of joint "pan" \(0\.2 N m\)'
-    with pytest.warns(UserWarning, match=rf"arm\.urdf: left out {left_out}$"):
-        robot = from_text(ARM.format(INERTIAL.format(0) + BASE, link=LINK), "arm.urdf")
+    robot = from_text(ARM.format(INERTIAL.format(0) + BASE, link=LINK), "arm.urdf")
+    assert robot.motor == (Motor(gear_friction=0.2, gear_damping=0.1), Motor())
     np.testing.assert_allclose(per_link(robot.inertia, 3), 0.002, rtol=1e-9)
     np.testing.assert_allclose(per_link(robot.roll_inertia, 3), 0.001, rtol=1e-9)
     assert (robot.links, robot.length, robot.mass, robot.axes) == (3, 0.1, 0.5, ("yaw", "pitch"))
@@ -403,6 +409,30 @@ def test_cgs_are_where_they_are_on_the_line(from_text):
 def test_cgs_aside_of_the_line_are_refused_whatever_the_length(from_text):
     with pytest.raises(ConfigError, match=r'body "c" = CG 0\.04 m off the line'):
         from_text(third(BALL + ' pos="0.05 0 0.04"/>'), length=0.1)
+
+
+@pytest.mark.parametrize("friction", [(0.3, 0.3), (0.2, 0.5)])
+def test_skins_of_links_survive_the_way_through_a_file(friction, from_text):
+    robot = Robot(links=6, friction_factor=[2.0, 1.0, 1.0, 0.5, 0.0, 1.0])
+    found = from_text(Scene(friction=friction).to_mjcf(robot))
+    np.testing.assert_allclose(found.friction_factor, robot.friction_factor, rtol=0.0, atol=1e-12)
+
+
+def test_friction_between_links_and_ground_is_mixed_as_in_mujoco(from_text):
+    """Of geoms of one priority the larger coefficient holds, else that of the geom with the higher priority."""
+    balls = [BALL + f' friction="{mu}"' for mu in (0.2, 0.4, 0.9)]
+    links = f'<body name="a">{balls[0]}/><body name="b" pos="0.05 0 0">{YAW}{balls[1]}{AT}'
+    links += f'<body name="c" pos="0.1 0 0">{PITCH}{balls[2]}{AT}</body></body></body>'
+    for plane, expected in (
+        ("", (0.5, 1.0, 2.25)),
+        ('friction="0.6"', (1.0, 1.0, 1.5)),
+        ('friction="2"', 1.0),
+        ('friction="0.6" priority="1"', 1.0),
+    ):
+        ground = f'<geom type="plane" size="1 1 1" {plane}/>' if plane else ""
+        text = f'<mujoco><compiler angle="radian"/><worldbody>{ground}{links}</worldbody></mujoco>'
+        assert from_text(text).friction_factor == pytest.approx(expected)
+    assert from_text(text, friction_factor=3.0).friction_factor == 3.0
 
 
 def test_limits_that_the_file_disables_do_not_hold(from_text):

@@ -40,12 +40,12 @@ def driven(env, steps, **reset):
     return seen
 
 
-def axes_of(state):
-    """Unit vectors forward, left and up of link 1, (n, 3, 3), or the first two of them in the plane."""
+def axes_of(state, link=0):
+    """Unit vectors forward, left and up of a link, (n, 3, 3), or the first two of them in the plane."""
     if state.link_quaternion is None:
-        ahead = -np.stack([np.cos(state.link_angle[:, 0]), np.sin(state.link_angle[:, 0])], axis=-1)
+        ahead = -np.stack([np.cos(state.link_angle[:, link]), np.sin(state.link_angle[:, link])], axis=-1)
         return np.stack([ahead, np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1)], axis=1)
-    w, x, y, z = state.link_quaternion[:, 0].T
+    w, x, y, z = state.link_quaternion[:, link].T
     columns = [
         [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
         [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
@@ -109,25 +109,67 @@ def test_sliding_downhill_it_reads_friction_alone():
         np.testing.assert_allclose(seen, [[mu * GRAVITY * math.cos(angle), 0.0]], atol=1e-4)
 
 
+@pytest.mark.parametrize("link", [0, 4])
 @pytest.mark.parametrize("model", MODELS)
-def test_what_the_head_feels_is_consistent_with_the_state(model):
+def test_what_a_link_feels_is_consistent_with_the_state(model, link):
     """Differences of velocities, among impacts at pegs and on inclined ground, and angular velocities about the axes of
     the link; beyond the bound of the block they are clipped."""
     slope = (0.05, 0.7)
-    env = sensing(4, ["accelerometer", "gyro"], model=model, task="field", slope=slope, max_episode_steps=99)
+    names = ["accelerometer", "gyro", *["gravity"] * (model == "spatial")]
+    env = sensing(4, names, model=model, task="field", slope=slope, max_episode_steps=99, imu_link=link)
     downhill = -GRAVITY * math.sin(slope[0])
     gravity = [downhill * math.cos(slope[1]), downhill * math.sin(slope[1]), -GRAVITY * math.cos(slope[0])]
     seen = driven(env, 40)
     for (_, before, _), (found, state, _) in itertools.pairwise(seen):
-        axes = axes_of(state)
-        change = (state.link_velocity[:, 0] - before.link_velocity[:, 0]) / PERIOD
+        axes = axes_of(state, link)
+        change = (state.link_velocity[:, link] - before.link_velocity[:, link]) / PERIOD
         force = np.einsum("nij,nj->ni", axes, change - gravity[: change.shape[1]])
         np.testing.assert_allclose(found["accelerometer"], force.clip(-4 * 9.81, 4 * 9.81), atol=1e-4)
-        turning = state.link_angular_velocity[:, :1]
+        turning = state.link_angular_velocity[:, [link]]
         turning = turning if model == "planar" else np.einsum("nij,nj->ni", axes, turning[:, 0])
+        if model == "spatial":
+            down = np.einsum("nij,j->ni", axes, np.divide(gravity, GRAVITY))
+            np.testing.assert_allclose(found["gravity"], down, atol=1e-5)
         np.testing.assert_allclose(found["gyro"], turning.clip(-10.0, 10.0), atol=1e-5)
     forces = np.array([found["accelerometer"] for found, *_ in seen])
-    assert np.ptp(forces[..., :2], axis=(0, 1)).min() > 5.0, "the heads must be pushed about"
+    assert np.ptp(forces[..., :2], axis=(0, 1)).min() > 5.0, "the links must be pushed about"
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_encoders_read_the_nearest_of_their_marks(model):
+    resolution = 2.0 * math.pi / 500
+    env = sensing(3, ["joint_angle"], model=model, task="free", encoder_resolution=resolution, action_mode="joints")
+    angles = []
+    for found, state, _ in driven(env, 20):
+        angles.append(state.joint_angle.reshape(3, -1))
+        marks = np.round(angles[-1] / resolution)
+        np.testing.assert_allclose(found["joint_angle"], marks * resolution, atol=1e-6)
+    assert np.ptp(np.round(np.array(angles) / resolution), axis=0).max() > 20
+
+
+def test_links_that_the_ground_carries_are_those_with_a_normal_force():
+    env = sensing(3, ["ground_touch", "normal_force"], model="spatial", task="free")
+    carried = []
+    for found, _, infos in driven(env, 30):
+        carried.append(found["ground_touch"])
+        np.testing.assert_array_equal(carried[-1], found["normal_force"] > 0.0)
+        if infos:
+            np.testing.assert_array_equal(carried[-1].sum(axis=1), infos["grounded"])
+    assert 0.0 < np.mean(carried) < 1.0, "some links must be off the ground, others on it"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"imu_link": 11}, r"imu_link = 11: expected .* \[0, 10\]"),
+        ({"imu_link": -1}, "imu_link = -1"),
+        ({"encoder_resolution": -0.1}, r"encoder_resolution = -0\.1"),
+        ({"encoder_resolution": 1.0}, "encoder_resolution = 1"),
+    ],
+)
+def test_sensors_that_cannot_be_are_refused(options, message):
+    with pytest.raises(ConfigError, match=message):
+        SnakeEnv(**options)
 
 
 @pytest.mark.parametrize("model", MODELS)

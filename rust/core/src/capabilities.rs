@@ -6,7 +6,7 @@ use serde::Deserialize;
 use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, require};
 use crate::obstacles::Obstacle;
-use crate::robot::{Axes, JointLimit, RobotConfig};
+use crate::robot::{Axes, PerAxis, RobotConfig};
 use crate::scene::{FrictionLawName, SceneConfig};
 
 /// The models of the robot.
@@ -255,9 +255,9 @@ pub fn require_supported(
     let offset = robot.cg_offset.values().iter().copied().find(|offset| *offset != 0.0);
     Feature::CgOffset.require(on, offset.is_some(), "robot.cg_offset", offset.unwrap_or_default())?;
     Feature::SelfContact.require(on, robot.self_contact == Some(true), "robot.self_contact", "True")?;
-    let is_limited = robot.joint_limit.as_ref().is_some_and(JointLimit::is_any);
+    let is_limited = robot.joint_limit.as_ref().is_some_and(PerAxis::is_limit);
     let value = match robot.joint_limit {
-        Some(JointLimit::Same(limit)) => limit.to_string(),
+        Some(PerAxis::Same(limit)) => limit.to_string(),
         _ => "a list".to_owned(),
     };
     Feature::JointLimits.require(on, is_limited, "robot.joint_limit", value)?;
@@ -300,11 +300,11 @@ fn require_axes(on: (ModelName, Method), robot: &RobotConfig) -> Result<(), Conf
 /// Rejects limits that a joint of the spatial model would jump over: its angles lie in (-pi, pi].
 fn require_limits_within_a_turn(model: ModelName, robot: &RobotConfig) -> Result<(), ConfigError> {
     let Some(limit) = robot.joint_limit.as_ref().filter(|_| model == ModelName::Spatial) else { return Ok(()) };
-    for (j, bounds) in limit.expand(robot.links - 1).map_err(|e| e.inside("robot"))?.into_iter().enumerate() {
+    for (j, bounds) in limit.bounds(robot.links - 1).map_err(|e| e.inside("robot"))?.into_iter().enumerate() {
         let is_within = bounds.iter().all(|bound| bound.abs() <= LARGEST_LIMIT);
         let is_free = bounds.iter().all(|bound| bound.is_infinite());
         let expected = format!("within [-{LARGEST_LIMIT}, {LARGEST_LIMIT}] in the spatial model, or inf to both sides");
-        let field = if let JointLimit::Same(_) = limit {
+        let field = if let PerAxis::Same(_) = limit {
             "robot.joint_limit".to_owned()
         } else {
             format!("robot.joint_limit[{j}]")

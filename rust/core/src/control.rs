@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive, time_step};
 use crate::math::Real;
-use crate::robot::{PerAxis, Robot, RobotConfig};
+use crate::robot::{Motor, PerAxis, Robot, RobotConfig};
 
 /// Which control law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -133,7 +133,8 @@ impl ControllerConfig {
     #[must_use]
     pub fn driving(self, robot: &RobotConfig) -> Self {
         let own = robot.torque_limit.as_ref().map(PerAxis::largest).or(self.torque_limit);
-        let limits = own.into_iter().chain(robot.motor.map(|motor| motor.stall_torque));
+        let strongest = |motors: &PerAxis<Motor>| motors.values().map(|motor| motor.stall_torque).fold(0.0, f64::max);
+        let limits = own.into_iter().chain(robot.motor.as_ref().map(strongest));
         Self { torque_limit: limits.reduce(f64::min).filter(|limit| limit.is_finite()), ..self }
     }
 

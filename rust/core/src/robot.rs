@@ -6,7 +6,6 @@ mod motor;
 mod per_axis;
 
 pub use axes::{Axes, AxesConfig, OneJoint, of_axes};
-pub use limits::{JointLimit, OneLimit};
 pub use motor::Motor;
 pub use per_axis::PerAxis;
 
@@ -17,9 +16,19 @@ use crate::error::{ConfigError, finite, integer_in, length, length_or_zero, non_
 /// A quantity given once for all links or link by link.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a number, or a list of numbers")]
-pub enum PerLink {
-    Same(f64),
-    Each(Vec<f64>),
+pub enum PerLink<V = f64> {
+    Same(V),
+    Each(Vec<V>),
+}
+
+impl<V> PerLink<V> {
+    /// The values that were given.
+    pub fn values(&self) -> &[V] {
+        match self {
+            PerLink::Same(value) => std::slice::from_ref(value),
+            PerLink::Each(values) => values,
+        }
+    }
 }
 
 impl PerLink {
@@ -39,14 +48,6 @@ impl PerLink {
             check(&self.name(field, i), value)?;
         }
         Ok(values)
-    }
-
-    /// The values that were given.
-    pub fn values(&self) -> &[f64] {
-        match self {
-            PerLink::Same(value) => std::slice::from_ref(value),
-            PerLink::Each(values) => values,
-        }
     }
 
     /// The name of a link's value.
@@ -85,11 +86,12 @@ pub struct RobotConfig {
     pub self_contact: Option<bool>,
     /// Limits of the joint angles \[rad\]; null: a right angle to either side where the model has limits, none elsewhere.
     #[serde(deserialize_with = "unbounded")]
-    pub joint_limit: Option<JointLimit>,
+    pub joint_limit: Option<PerAxis>,
     /// About which axes each joint turns; the planar models have yaw only.
     pub axes: AxesConfig,
-    /// The motor of every axis that is not broken; null for actuators with any torque at any rate.
-    pub motor: Option<Motor>,
+    /// The motors of the axes that are not broken; null for actuators with any torque at any rate.
+    #[serde(deserialize_with = "unbounded")]
+    pub motor: Option<PerAxis<Motor>>,
     /// Joints that keep their angles of the start, from 0.
     pub locked: Vec<usize>,
     /// Joints without an actuator, from 0.
@@ -194,7 +196,8 @@ pub struct Robot {
     pub axes: Vec<Axes>,
     /// Whether they were listed: joint angles are then listed axis by axis too.
     pub lists_axes: bool,
-    pub motor: Option<Motor>,
+    /// Of yaw and pitch of each joint.
+    pub motors: Option<Vec<[Motor; 2]>>,
     /// The broken joints, in order.
     pub broken: Vec<(usize, Breakage)>,
 }
@@ -240,9 +243,13 @@ impl Robot {
             .collect();
         let gravity = positive("gravity", config.gravity)?;
         let axes = config.axes.expand(n - 1)?;
-        let backlash = config.backlash.expand("backlash", &axes, |field, play| within(field, play, 0.0, MOST_PLAY))?;
+        let backlash =
+            config.backlash.expand("backlash", &axes, |field, play| within(field, *play, 0.0, MOST_PLAY).map(drop))?;
         let own = |field: &str, values: &Option<PerAxis>, check: fn(&str, f64) -> Result<f64, ConfigError>| {
-            values.as_ref().map(|values| values.expand(field, &axes, check)).transpose()
+            values
+                .as_ref()
+                .map(|values| values.expand(field, &axes, |field, value| check(field, *value).map(drop)))
+                .transpose()
         };
         let own_gains = [
             own("kp", &config.kp, non_negative)?,
@@ -253,10 +260,14 @@ impl Robot {
         ];
         let joint_limit = config.joint_limit.clone().unwrap_or(RIGHT_ANGLE.into());
         let broken = broken_joints(config)?;
-        if let Some(motor) = &config.motor {
-            motor.validate().map_err(|e| e.inside("motor"))?;
-            let play = config.backlash.largest();
-            require(play == 0.0 || !motor.needs_tight_gear(), "backlash", play, NO_PLAY)?;
+        let expand = |motor: &PerAxis<Motor>| {
+            motor.expand("motor", &axes, |field, motor| motor.validate().map_err(|e| e.inside(field)))
+        };
+        let motors = config.motor.as_ref().map(expand).transpose()?;
+        for (play, motor) in
+            backlash.iter().zip(motors.iter().flatten()).flat_map(|(play, motor)| play.iter().zip(motor))
+        {
+            require(*play == 0.0 || !motor.needs_tight_gear(), "backlash", *play, NO_PLAY)?;
         }
         Ok(Self {
             links,
@@ -264,10 +275,10 @@ impl Robot {
             backlash,
             own_gains,
             self_contact: config.self_contact.unwrap_or(true),
-            joint_bounds: joint_limit.expand(n - 1)?,
+            joint_bounds: joint_limit.bounds(n - 1)?,
             axes,
             lists_axes: config.axes != AxesConfig::default(),
-            motor: config.motor,
+            motors,
             broken,
         })
     }
@@ -355,9 +366,10 @@ impl Robot {
 
     /// Kinetic energy of the rotors of motors, given the rates of `axes` axes a joint \[J\].
     pub fn rotor_energy(&self, axes: usize, rates: impl Iterator<Item = f64>) -> f64 {
-        let Some(motor) = &self.motor else { return 0.0 };
-        let squared = rates.enumerate().filter(|(axis, _)| !self.is_broken(axis / axes)).map(|(_, rate)| rate * rate);
-        0.5 * motor.reflected_inertia() * squared.sum::<f64>()
+        let Some(motors) = &self.motors else { return 0.0 };
+        let driven = rates.enumerate().filter(|(axis, _)| !self.is_broken(axis / axes));
+        let twice = driven.map(|(axis, rate)| motors[axis / axes][axis % axes].reflected_inertia() * rate * rate);
+        0.5 * twice.sum::<f64>()
     }
 
     /// Mass of the whole robot \[kg\].

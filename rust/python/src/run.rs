@@ -102,7 +102,7 @@ impl RunConfig {
 
     /// The groups of columns that the trajectory has besides those of every run.
     pub fn recorded(&self) -> Vec<Recorded> {
-        let motors = self.robot.motor.map(|_| Recorded::Motors);
+        let motors = self.robot.motor.as_ref().map(|_| Recorded::Motors);
         self.record.iter().copied().chain(motors).collect()
     }
 

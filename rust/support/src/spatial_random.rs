@@ -57,7 +57,7 @@ pub fn random_joint(random: &mut Random, random_link: fn(&mut Random) -> Link) -
         joint_bounds: vec![[f64::NEG_INFINITY, f64::INFINITY]],
         axes: vec![Axes::Both],
         lists_axes: false,
-        motor: None,
+        motors: None,
         broken: Vec::new(),
     };
     let mut pose = [random_pose(random), Pose::identity()];

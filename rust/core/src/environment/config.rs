@@ -1,7 +1,7 @@
 //! What a user may choose about an environment; read by constructors only.
 
 use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, integer_in, require, within};
 use crate::laws::Stribeck;
 use crate::obstacles::Obstacle;
-use crate::robot::{NO_PLAY, RobotConfig};
+use crate::robot::{MAX_LINKS, Motor, NO_PLAY, PerAxis, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
 use crate::slope::Slope;
 use crate::stepping::{ImplicitConfig, MOST_STEPS_PER_PERIOD, require_steps};
@@ -160,6 +160,11 @@ pub struct EnvConfig {
     pub observation_noise: BTreeMap<String, f64>,
     /// Delays of the blocks of the observation, by name \[s\].
     pub observation_delay: BTreeMap<String, f64>,
+    /// The link with accelerometer, gyroscope and sense of gravity, from 0.
+    #[serde(deserialize_with = "integer_in::<_, 0, MAX_LINKS>")]
+    pub imu_link: usize,
+    /// Angle between two marks of the joint encoders; zero: joint angles are read exactly \[rad\].
+    pub encoder_resolution: f64,
     /// What the energy and the cost of transport count.
     pub energy: Energy,
     /// What ends an episode.
@@ -233,6 +238,8 @@ impl Default for EnvConfig {
             privileged: false,
             observation_noise: BTreeMap::new(),
             observation_delay: BTreeMap::new(),
+            imu_link: 0,
+            encoder_resolution: 0.0,
             energy: Energy::default(),
             termination: Termination::default(),
             friction: None,
@@ -274,6 +281,9 @@ impl EnvConfig {
         require(points <= MOST_PUSH_POINTS, "push_points", points, "an integer in [0, 4]")?;
         self.randomization.validate_for(self.control_period).map_err(|e| e.inside("randomization"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
+        let (imu, links) = (self.imu_link, self.robot.links);
+        require(imu < links, "imu_link", imu, &format!("a link, an integer in [0, {}]", links.saturating_sub(1)))?;
+        within("encoder_resolution", self.encoder_resolution, 0.0, COARSEST_ENCODER)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         Scene::new(&self.ground())?;
         self.validate_features()?;
@@ -363,11 +373,14 @@ impl EnvConfig {
         let expected = "\"mechanical\" where robot.motor is None";
         require(!is_drawn || self.robot.motor.is_some(), "energy", "\"electrical\"", expected)?;
         let (play, law, drawn) = (self.robot.backlash.largest(), self.controller.law, self.randomization.backlash);
-        let is_tight = self.robot.motor.as_ref().is_none_or(|motor| !motor.needs_tight_gear());
+        let is_tight = !self.robot.motor.iter().flat_map(PerAxis::values).any(Motor::needs_tight_gear);
         require(is_tight || drawn[1] == 0.0, "randomization.backlash", format!("{drawn:?}"), NO_PLAY)?;
         self.randomization.validate_beyond(play, law, drop).map_err(|e| e.inside("randomization"))
     }
 }
+
+/// A tenth of a turn \[rad\].
+const COARSEST_ENCODER: f64 = TAU / 10.0;
 
 /// A body length is that of seven quarter waves; few fields have more.
 const MOST_PUSH_POINTS: usize = 4;

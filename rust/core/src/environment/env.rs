@@ -117,7 +117,7 @@ impl<M: RobotModel> Environment<M> {
             randomization: config.randomization,
             latency: latency(config, size),
             next_world: None,
-            sensors: Sensors::new(config.randomization, model.joint_coordinates(), motion),
+            sensors: Sensors::new(config, model.joint_coordinates(), motion),
             rules,
             sampler,
             model,

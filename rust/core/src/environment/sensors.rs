@@ -2,6 +2,7 @@
 
 use crate::obstacles::ObstacleGrid;
 
+use super::config::EnvConfig;
 use super::episode::Episode;
 use super::motion::Motion;
 use super::randomization::Randomization;
@@ -12,6 +13,8 @@ use super::robot_model::RobotModel;
 #[derive(Debug, Clone)]
 pub struct Sensors {
     randomization: Randomization,
+    /// Angle between two marks of the joint encoders, zero for exact ones \[rad\].
+    resolution: f64,
     pub joint_angle: Vec<f64>,
     pub joint_rate: Vec<f64>,
     pub motion: Motion,
@@ -24,10 +27,11 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    pub fn new(randomization: Randomization, joint_coordinates: usize, motion: Motion) -> Self {
+    pub fn new(config: &EnvConfig, joint_coordinates: usize, motion: Motion) -> Self {
         let (joint_angle, joint_rate) = (vec![0.0; joint_coordinates], vec![0.0; joint_coordinates]);
         Self {
-            randomization,
+            randomization: config.randomization,
+            resolution: config.encoder_resolution,
             joint_angle,
             joint_rate,
             motion,
@@ -59,6 +63,10 @@ impl Sensors {
         self.remaining = episode.remaining();
         if !self.randomization.noise.is_silent() {
             self.disturb(episode.goal.span(), &mut rng());
+        }
+        if self.resolution > 0.0 {
+            let marks = self.joint_angle.iter_mut();
+            marks.for_each(|angle| *angle = (*angle / self.resolution).round() * self.resolution);
         }
     }
 

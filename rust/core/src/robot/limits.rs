@@ -1,71 +1,34 @@
-//! Limits of the joint angles as a user writes them.
+//! Limits of the joint angles as a user writes them: the largest angle of a joint to either side, or its least and its
+//! largest one, infinite for none; about both axes of a cardan joint \[rad\].
 
-use serde::{Deserialize, Serialize};
-
+use super::{PerAxis, PerLink};
 use crate::error::{ConfigError, require};
 
-/// The largest angle of all joints to either side, or the limits of each joint \[rad\].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "a number > 0, inf for none, or a list of a number or (lower, upper) for each joint")]
-pub enum JointLimit {
-    Same(f64),
-    Each(Vec<OneLimit>),
-}
-
-/// The largest angle of a joint to either side, or its least and its largest one, infinite for none; about both axes of a
-/// cardan joint.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum OneLimit {
-    Either(f64),
-    Between(Vec<f64>),
-}
-
-impl From<f64> for JointLimit {
-    fn from(limit: f64) -> Self {
-        Self::Same(limit)
-    }
-}
-
-impl JointLimit {
+impl PerAxis {
     /// Whether any joint has a limit.
-    pub fn is_any(&self) -> bool {
-        let is_finite = |limit: &OneLimit| match limit {
-            OneLimit::Either(limit) => limit.is_finite(),
-            OneLimit::Between(limits) => limits.iter().any(|limit| limit.is_finite()),
-        };
-        match self {
-            Self::Same(limit) => limit.is_finite(),
-            Self::Each(limits) => limits.iter().any(is_finite),
-        }
+    pub fn is_limit(&self) -> bool {
+        self.values().any(|limit| limit.is_finite())
     }
 
     /// Least and largest angle of each of so many joints \[rad\].
     ///
     /// # Errors
     /// Names the joint whose limits cross or leave out the straight joint, or the number of entries.
-    pub fn expand(&self, joints: usize) -> Result<Vec<[f64; 2]>, ConfigError> {
-        let entries = match self {
-            Self::Same(limit) => {
-                require(*limit > 0.0, "joint_limit", limit, "a number > 0, or inf for none")?;
-                return Ok(vec![[-limit, *limit]; joints]);
-            }
-            Self::Each(entries) => entries,
-        };
-        let expected = format!("a number, or a list of {joints} entries (one per joint)");
-        require(entries.len() == joints, "joint_limit", format!("{} entries", entries.len()), &expected)?;
-        let bounds = |(j, entry): (usize, &OneLimit)| {
+    pub fn bounds(&self, joints: usize) -> Result<Vec<[f64; 2]>, ConfigError> {
+        self.by_joint("joint_limit", joints, |_, field, entry| {
             let (bounds, value) = match entry {
-                OneLimit::Either(limit) => ([-limit, *limit], limit.to_string()),
-                OneLimit::Between(values) => {
+                PerLink::Same(limit) => ([-limit, *limit], limit.to_string()),
+                PerLink::Each(values) => {
                     (<[f64; 2]>::try_from(values.as_slice()).unwrap_or([0.0; 2]), format!("{values:?}"))
                 }
             };
             let admissible = bounds[0] <= 0.0 && 0.0 <= bounds[1] && bounds[0] < bounds[1];
-            let expected = "a number > 0, or (lower, upper) with lower <= 0 <= upper and lower < upper";
-            require(admissible, &format!("joint_limit[{j}]"), value, expected)?;
+            let expected = match self {
+                Self::Same(_) => "a number > 0, or inf for none",
+                Self::Each(_) => "a number > 0, or (lower, upper) with lower <= 0 <= upper and lower < upper",
+            };
+            require(admissible, field, value, expected)?;
             Ok(bounds)
-        };
-        entries.iter().enumerate().map(bounds).collect()
+        })
     }
 }

@@ -1,11 +1,15 @@
-use serde::{Deserialize, Serialize};
+use std::fmt;
+
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::unbounded;
 use crate::error::{ConfigError, non_negative, positive, require};
 
-/// The motor of each joint axis behind its gear.
+/// The motor of a joint axis behind its gear.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, remote = "Self")]
 pub struct Motor {
     /// Torque at the joint when it does not turn; infinite: whatever the controller asks for \[N m\].
     #[serde(deserialize_with = "unbounded")]
@@ -21,6 +25,33 @@ pub struct Motor {
     pub gear_friction: f64,
     /// Viscous friction of the gear, at the joint \[N m s/rad\].
     pub gear_damping: f64,
+}
+
+/// From named fields alone: a list is one of motors, not of their numbers.
+impl<'de> Deserialize<'de> for Motor {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Named;
+
+        impl<'de> Visitor<'de> for Named {
+            type Value = Motor;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a motor")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Motor, A::Error> {
+                Motor::deserialize(MapAccessDeserializer::new(map))
+            }
+        }
+
+        deserializer.deserialize_struct("Motor", &[], Named)
+    }
+}
+
+impl Serialize for Motor {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, serializer)
+    }
 }
 
 impl Default for Motor {

@@ -1,20 +1,21 @@
-//! Quantities of joint axes as a user writes them.
+//! What a user writes once for all joints, or joint by joint.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Axes, PerLink};
 use crate::error::{ConfigError, require};
 
-/// A quantity given once for all joint axes or joint by joint; of a cardan joint once or for yaw and pitch.
+/// What all joints have alike or each on its own: of a cardan joint once or for yaw and pitch, of limits once or as (lower,
+/// upper).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "a number, or a list of a number or (yaw, pitch) for each joint")]
-pub enum PerAxis {
-    Same(f64),
-    Each(Vec<PerLink>),
+#[serde(untagged, expecting = "one value, or a list with a value or a pair of them for each joint")]
+pub enum PerAxis<V = f64> {
+    Same(V),
+    Each(Vec<PerLink<V>>),
 }
 
-impl From<f64> for PerAxis {
-    fn from(value: f64) -> Self {
+impl<V> From<V> for PerAxis<V> {
+    fn from(value: V) -> Self {
         Self::Same(value)
     }
 }
@@ -22,10 +23,37 @@ impl From<f64> for PerAxis {
 impl PerAxis {
     /// The largest value.
     pub fn largest(&self) -> f64 {
-        match self {
-            Self::Same(value) => *value,
-            Self::Each(joints) => joints.iter().flat_map(PerLink::values).copied().fold(0.0, f64::max),
-        }
+        self.values().copied().fold(0.0, f64::max)
+    }
+}
+
+impl<V: Clone> PerAxis<V> {
+    /// The values that were given.
+    pub fn values(&self) -> impl Iterator<Item = &V> {
+        let (same, each) = match self {
+            Self::Same(value) => (Some(value), [].as_slice()),
+            Self::Each(joints) => (None, joints.as_slice()),
+        };
+        same.into_iter().chain(each.iter().flat_map(PerLink::values))
+    }
+
+    /// What `of_joint` makes of the name and the entry of each of so many joints.
+    pub(super) fn by_joint<T: Clone>(
+        &self,
+        field: &str,
+        joints: usize,
+        of_joint: impl Fn(usize, &str, &PerLink<V>) -> Result<T, ConfigError>,
+    ) -> Result<Vec<T>, ConfigError> {
+        let entries = match self {
+            Self::Same(value) => {
+                let entry = PerLink::Same(value.clone());
+                return (0..joints).map(|j| of_joint(j, field, &entry)).collect();
+            }
+            Self::Each(entries) => entries,
+        };
+        let expected = format!("one for all, or a list of {joints} entries (one per joint)");
+        require(entries.len() == joints, field, format!("{} entries", entries.len()), &expected)?;
+        entries.iter().enumerate().map(|(j, entry)| of_joint(j, &format!("{field}[{j}]"), entry)).collect()
     }
 
     /// The values of yaw and pitch of each joint; a hinge has its value at both places.
@@ -36,28 +64,19 @@ impl PerAxis {
         &self,
         field: &str,
         axes: &[Axes],
-        check: impl Fn(&str, f64) -> Result<f64, ConfigError>,
-    ) -> Result<Vec<[f64; 2]>, ConfigError> {
-        let joints = match self {
-            Self::Same(value) => return Ok(vec![[check(field, *value)?; 2]; axes.len()]),
-            Self::Each(joints) => joints,
-        };
-        let expected = format!("a number, or a list of {} entries (one per joint)", axes.len());
-        require(joints.len() == axes.len(), field, format!("{} entries", joints.len()), &expected)?;
-        let of_joint = |(j, (joint, axes)): (usize, (&PerLink, &Axes))| {
-            let field = format!("{field}[{j}]");
-            let values = match joint {
-                PerLink::Same(value) => [*value; 2],
-                PerLink::Each(values) => {
-                    let both = <[f64; 2]>::try_from(values.as_slice()).ok().filter(|_| *axes == Axes::Both);
-                    let expected = "a number, or (yaw, pitch) of a joint with both axes";
-                    require(both.is_some(), &field, format!("{values:?}"), expected)?;
-                    both.unwrap_or_default()
+        check: impl Fn(&str, &V) -> Result<(), ConfigError>,
+    ) -> Result<Vec<[V; 2]>, ConfigError> {
+        self.by_joint(field, axes.len(), |joint, field, entry| {
+            let values = match (entry, entry.values()) {
+                (PerLink::Same(value), _) => [value.clone(), value.clone()],
+                (_, [yaw, pitch]) if axes[joint] == Axes::Both => [yaw.clone(), pitch.clone()],
+                (_, values) => {
+                    let expected = "one value, or (yaw, pitch) of a joint with both axes";
+                    return Err(ConfigError::new(field, format!("{} values", values.len()), expected));
                 }
             };
-            values.iter().try_for_each(|value| check(&field, *value).map(drop))?;
+            values.iter().try_for_each(|value| check(field, value))?;
             Ok(values)
-        };
-        joints.iter().zip(axes).enumerate().map(of_joint).collect()
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! The motors of a stage's robots: rows of the axes, see [`MotorRow`], and what they carry from step to step.
 
 use crate::math::Real;
-use crate::robot::{Axes, Motor, Robot};
+use crate::robot::{Motor, Robot};
 use crate::rows::MotorRow;
 
 use super::sdirk::EXTRAPOLATION;
@@ -9,9 +9,8 @@ use super::sdirk::EXTRAPOLATION;
 /// The motors of a register's robots: the same in all lanes but for the share of their torque.
 #[derive(Debug, Clone)]
 pub struct Motors<T> {
-    motor: Option<Motor>,
-    /// Which axes have one; empty where none has.
-    driven: Vec<bool>,
+    /// Of the axes, `None` where a joint is broken or has no such axis; empty where robots have none.
+    of_axes: Vec<Option<Motor>>,
     share: T,
     /// Rate of each axis at the start of the step, and that without any torque at the end of the stage \[rad/s\].
     start: Vec<T>,
@@ -23,22 +22,20 @@ pub struct Motors<T> {
 impl<T: Real> Motors<T> {
     /// Of joints with `axes` axes each.
     pub fn new(robot: &Robot, axes: usize) -> Self {
-        let of_joint = |(joint, of_joint): (usize, &Axes)| {
-            let has = |axis: usize| !robot.is_broken(joint) && (axes == 1 || of_joint.has(axis));
-            (0..axes).map(has).collect::<Vec<_>>()
-        };
-        let driven: Vec<_> = match robot.motor {
-            Some(_) => robot.axes.iter().enumerate().flat_map(of_joint).collect(),
-            None => Vec::new(),
-        };
-        let none = vec![T::zero(); driven.len()];
-        let (start, reference) = (none.clone(), none.clone());
-        Self { motor: robot.motor, driven, share: T::splat(1.0), start, reference, friction: none }
+        let motors = robot.motors.iter().flatten().zip(&robot.axes).enumerate();
+        let of_axes: Vec<_> = motors
+            .flat_map(|(joint, (motors, of_joint))| {
+                let has = |axis: usize| !robot.is_broken(joint) && (axes == 1 || of_joint.has(axis));
+                (0..axes).map(|axis| has(axis).then_some(motors[axis])).collect::<Vec<_>>()
+            })
+            .collect();
+        let none = vec![T::zero(); of_axes.len()];
+        Self { of_axes, share: T::splat(1.0), start: none.clone(), reference: none.clone(), friction: none }
     }
 
     /// Whether the robots have any.
     pub fn is_any(&self) -> bool {
-        self.motor.is_some()
+        !self.of_axes.is_empty()
     }
 
     /// Gathers the shares of the lanes' robots and the friction of their gears in their last stages, empty where there was
@@ -77,15 +74,8 @@ impl<T: Real> Motors<T> {
     pub fn fill(&self, c: T, motors: &mut Vec<MotorRow<T>>, gear: &mut Vec<T>) {
         motors.clear();
         gear.clear();
-        let Some(motor) = self.motor else { return };
-        let stall = c * self.share * T::splat(motor.stall_torque);
-        let has_line = motor.no_load_speed.is_finite();
-        let fall = if has_line { stall * T::splat(1.0 / motor.no_load_speed) } else { T::zero() };
-        let (friction, damping) = (c * T::splat(motor.gear_friction), c * T::splat(motor.gear_damping));
-        let inertia = T::splat(motor.reflected_inertia());
-        for ((is_driven, reference), torque) in self.driven.iter().zip(&self.reference).zip(&self.friction) {
-            let driven = MotorRow { stall, fall, friction, inertia, reference: *reference, damping };
-            motors.push(if *is_driven { driven } else { MotorRow::none() });
+        for ((motor, reference), torque) in self.of_axes.iter().zip(&self.reference).zip(&self.friction) {
+            motors.push(motor.as_ref().map_or_else(MotorRow::none, |motor| row(motor, c, self.share, *reference)));
             gear.push(*torque * c);
         }
     }
@@ -103,5 +93,20 @@ impl<T: Real> Motors<T> {
     pub fn save(&self, lane: usize, friction: &mut Vec<f64>) {
         friction.clear();
         friction.extend(self.friction.iter().map(|torque| torque.lane(lane)));
+    }
+}
+
+/// A motor in a stage of coefficient `c`, with a share of its torque and the rate of its axis without any torque.
+#[inline(always)]
+fn row<T: Real>(motor: &Motor, c: T, share: T, reference: T) -> MotorRow<T> {
+    let stall = c * share * T::splat(motor.stall_torque);
+    let has_line = motor.no_load_speed.is_finite();
+    MotorRow {
+        stall,
+        fall: if has_line { stall * T::splat(1.0 / motor.no_load_speed) } else { T::zero() },
+        friction: c * T::splat(motor.gear_friction),
+        inertia: T::splat(motor.reflected_inertia()),
+        reference,
+        damping: c * T::splat(motor.gear_damping),
     }
 }

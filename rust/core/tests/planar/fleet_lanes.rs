@@ -73,7 +73,7 @@ fn so_it_is_under_input_output_linearisation() {
 fn so_it_is_with_motors() {
     let motor =
         Motor { stall_torque: 3.0, no_load_speed: 2.0, rotor_inertia: 1e-3, gear_friction: 0.3, ..Motor::default() };
-    let robot = RobotConfig { motor: Some(motor), limp: vec![3], ..RobotConfig::default() };
+    let robot = RobotConfig { motor: Some(motor.into()), limp: vec![3], ..RobotConfig::default() };
     let controller = ControllerConfig::default();
     let system = PlanarSystem::new(Robot::new(&robot).unwrap(), [0.2, 0.2], controller).unwrap();
     let config = ImplicitConfig::default();

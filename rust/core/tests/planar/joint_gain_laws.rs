@@ -2,7 +2,7 @@
 
 use snake_core::control::ControllerConfig;
 use snake_core::planar::Twist;
-use snake_core::robot::{PerLink, RobotConfig};
+use snake_core::robot::{Motor, PerAxis, PerLink, RobotConfig};
 use snake_core::scene::START_7_5;
 use snake_core::simulation::PlanarSimulation;
 use snake_core::stepping::ImplicitConfig;
@@ -58,6 +58,29 @@ fn each_joint_gives_its_own_largest_torque() {
         let angle = simulation.state().joint_angle(joint);
         assert!((angle / expected - 1.0).abs() < 5e-4, "joint {joint}: {angle} for {expected}");
     }
+}
+
+/// `(I + J) omega' = stall (1 - omega / omega_0)` of each joint with its own numbers.
+#[test]
+fn each_joint_spins_up_along_the_line_of_its_own_motor() {
+    let motors = [(0.4, 1.0, 0.0), (0.1, 2.0, 2e-3)].map(|(stall_torque, no_load_speed, rotor_inertia)| Motor {
+        stall_torque,
+        no_load_speed,
+        rotor_inertia,
+        ..Motor::default()
+    });
+    let motor = Some(PerAxis::Each(motors.map(PerLink::Same).into()));
+    let mut simulation = floating(&RobotConfig { motor, ..anchored() }, &implicit(1e-4, 2), [0.0; 2]);
+    simulation.advance(0.02, &Hold(1.0));
+    let mut energy = 0.0;
+    for (joint, motor) in motors.iter().enumerate() {
+        let constant = (INERTIA + motor.rotor_inertia) * motor.no_load_speed / motor.stall_torque;
+        let expected = motor.no_load_speed * (1.0 - f64::exp(-0.02 / constant));
+        let rate = simulation.state().joint_rate(joint);
+        assert!((rate / expected - 1.0).abs() < 2e-4, "joint {joint}: {rate} for {expected}");
+        energy += 0.5 * (INERTIA + motor.rotor_inertia) * rate * rate;
+    }
+    assert!((simulation.kinetic_energy() / energy - 1.0).abs() < 2e-3, "links and rotors: {energy}");
 }
 
 /// A joint swings freely up to the end of its own play, and kinetic energy and that of the springs never grow.

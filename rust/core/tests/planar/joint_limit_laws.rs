@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector2;
 use snake_core::control::ControllerConfig;
 use snake_core::planar::{Pose, Twist};
-use snake_core::robot::{JointLimit, OneLimit, RobotConfig};
+use snake_core::robot::{PerAxis, PerLink, RobotConfig};
 use snake_core::simulation::PlanarSimulation;
 use snake_test_support::planar::{Hold, LIMP, build, ground, implicit, momentum, moving_chain};
 
@@ -136,10 +136,10 @@ fn a_reference_that_jumps_does_not_carry_joints_past_their_limit() {
 /// Each joint is held at its own stops, on either side.
 #[test]
 fn joints_have_limits_of_their_own() {
-    let limits = vec![OneLimit::Between(vec![-0.3, 0.7]), OneLimit::Either(f64::INFINITY), OneLimit::Either(0.5)];
+    let limits = vec![PerLink::Each(vec![-0.3, 0.7]), PerLink::Same(f64::INFINITY), PerLink::Same(0.5)];
     let robot = RobotConfig {
         links: 4,
-        joint_limit: Some(JointLimit::Each(limits)),
+        joint_limit: Some(PerAxis::Each(limits)),
         self_contact: Some(false),
         ..RobotConfig::default()
     };

@@ -23,7 +23,7 @@ fn motor() -> Motor {
 const PAIR: f64 = 0.5 * 1.32e-3;
 
 fn driven(count: usize, motor: Motor) -> RobotConfig {
-    RobotConfig { motor: Some(motor), joint_limit: Some(f64::INFINITY.into()), ..links(count) }
+    RobotConfig { motor: Some(motor.into()), joint_limit: Some(f64::INFINITY.into()), ..links(count) }
 }
 
 fn pair(motor: Motor, pd: &ControllerConfig, rate: f64, scheme: &ImplicitConfig) -> PlanarSimulation {
@@ -219,7 +219,7 @@ fn motors_go_with_friction_at_obstacles() {
     let motor = Motor { stall_torque: 6.0, no_load_speed: 5.0, rotor_inertia: 5e-4, gear_friction: 0.2, ..motor() };
     let mut scene = table_7_5();
     scene.obstacles.iter_mut().for_each(|peg| peg.friction = 0.4);
-    let robot = RobotConfig { motor: Some(motor), ..links(11) };
+    let robot = RobotConfig { motor: Some(motor.into()), ..links(11) };
     let mut robot = build(&robot, &scene, &ControllerConfig::default(), &implicit(5e-3, 2));
     let [x, y, heading] = START_7_5;
     robot.place_chain(x, y, heading, &posture(&Wave::default(), 10));

@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanTarget, JointTarget, Reference};
 use snake_core::planar;
-use snake_core::robot::{AxesConfig, JointLimit, OneJoint, OneLimit, RobotConfig};
+use snake_core::robot::{AxesConfig, JointLimit, OneJoint, PerLink, RobotConfig};
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, joint_angle, joint_axes, orientation_of, turning, twist_of};
@@ -267,11 +267,11 @@ fn stops_act_as_in_the_plane() {
 /// Each joint is held at its own stops, on either side, about the axes that it has.
 #[test]
 fn joints_have_limits_of_their_own() {
-    let limits = [OneLimit::Between(vec![-0.3, 0.7]), OneLimit::Either(0.5), OneLimit::Between(vec![0.0, 0.9])];
+    let limits = [PerLink::Each(vec![-0.3, 0.7]), PerLink::Same(0.5), PerLink::Each(vec![0.0, 0.9])];
     let names = ["both", "yaw", "pitch"].map(|name| OneJoint::Named(name.to_owned()));
     let robot = RobotConfig {
         links: 4,
-        joint_limit: Some(JointLimit::Each(limits.into())),
+        joint_limit: Some(PerAxis::Each(limits.into())),
         axes: AxesConfig::Each(names.into()),
         self_contact: Some(false),
         ..RobotConfig::default()
@@ -305,12 +305,11 @@ fn joints_have_limits_of_their_own() {
 
 #[test]
 fn limits_that_cross_are_named() {
-    let limits =
-        |third: OneLimit| JointLimit::Each(vec![OneLimit::Either(f64::INFINITY), OneLimit::Either(1.0), third]);
+    let limits = |third: PerLink| PerAxis::Each(vec![PerLink::Same(f64::INFINITY), PerLink::Same(1.0), third]);
     for wrong in [vec![0.2, 0.5], vec![0.5, -0.5], vec![0.0, 0.0], vec![0.5], vec![f64::NAN, 1.0]] {
-        let error = limits(OneLimit::Between(wrong.clone())).expand(3).expect_err("refused");
+        let error = limits(PerLink::Each(wrong.clone())).bounds(3).expect_err("refused");
         assert_eq!((error.field.as_str(), error.value), ("joint_limit[2]", format!("{wrong:?}")));
     }
-    assert_eq!(limits(OneLimit::Either(-1.0)).expand(3).expect_err("refused").field, "joint_limit[2]");
-    assert_eq!(limits(OneLimit::Either(1.0)).expand(4).expect_err("refused").field, "joint_limit");
+    assert_eq!(limits(PerLink::Same(-1.0)).bounds(3).expect_err("refused").field, "joint_limit[2]");
+    assert_eq!(limits(PerLink::Same(1.0)).bounds(4).expect_err("refused").field, "joint_limit");
 }

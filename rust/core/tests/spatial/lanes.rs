@@ -68,7 +68,8 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter() {
 fn so_it_is_with_motors() {
     let motor =
         Motor { stall_torque: 3.0, no_load_speed: 2.0, rotor_inertia: 1e-3, gear_friction: 0.3, ..Motor::default() };
-    let system = system_of(&RobotConfig { motor: Some(motor), limp: vec![3], ..RobotConfig::default() }, [0.2, 0.2]);
+    let system =
+        system_of(&RobotConfig { motor: Some(motor.into()), limp: vec![3], ..RobotConfig::default() }, [0.2, 0.2]);
     let alone: Vec<SpatialState> =
         (0..9).map(|k| run(&system, implicit(0.025, 2), &mut robots(&system, 9)[k..=k], 1).remove(0)).collect();
     for width in [2, 9] {

@@ -73,7 +73,7 @@ fn a_free_hinge_spins_up_along_the_torque_speed_line() {
     let constant = (0.5 * 1.32e-3 + 1e-3) * motor.no_load_speed / motor.stall_torque;
     for name in ["yaw", "pitch"] {
         let axes = AxesConfig::Same(name.to_owned());
-        let config = RobotConfig { gravity: 1e-12, axes, motor: Some(motor), ..links(2) };
+        let config = RobotConfig { gravity: 1e-12, axes, motor: Some(motor.into()), ..links(2) };
         let pd = ControllerConfig::default();
         let integrator = implicit(1e-2 * constant, 2);
         let mut pair = SpatialSimulation::new(&config, &ground([0.0; 2]), &pd, &integrator).expect("admissible");
@@ -101,7 +101,7 @@ fn work_goes_into_links_rotors_and_friction() {
     };
     let (gait, mut defects) = (undulation(), Vec::new());
     for step in [4e-3, 2e-3] {
-        let config = RobotConfig { motor: Some(motor), ..links(11) };
+        let config = RobotConfig { motor: Some(motor.into()), ..links(11) };
         let (scene, pd) = (ground([0.2, 0.2]), ControllerConfig::default());
         let mut robot = SpatialSimulation::new(&config, &scene, &pd, &implicit(step, 2)).expect("admissible");
         let posture: Vec<_> = (0..10).map(|j| Vector2::new(gait.target(j, 0.0).yaw.angle, 0.0)).collect();
@@ -122,7 +122,7 @@ fn work_goes_into_links_rotors_and_friction() {
 fn a_gear_holds_a_raised_head_without_a_drive() {
     for (gear_friction, stands) in [(10.0, true), (0.05, false)] {
         let motor = Motor { stall_torque: 1.0, no_load_speed: 1.0, gear_friction, ..Motor::default() };
-        let config = RobotConfig { motor: Some(motor), ..links(8) };
+        let config = RobotConfig { motor: Some(motor.into()), ..links(8) };
         let mut robot =
             SpatialSimulation::new(&config, &ground([0.5, 0.5]), &LIMP, &implicit(5e-3, 2)).expect("admissible");
         // Links 3 to 8 lie in a bow, so that the robot does not tip over.

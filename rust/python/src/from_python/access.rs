@@ -36,13 +36,14 @@ pub struct Fields<'py> {
     fields: std::vec::IntoIter<(String, Bound<'py, PyAny>)>,
     present: Option<(String, Bound<'py, PyAny>)>,
     depth: usize,
+    is_unbounded: bool,
 }
 
 impl<'py> Fields<'py> {
     /// Those of `first` come first, in that order: the names of variants before what depends on them.
-    pub fn new(mut fields: Vec<(String, Bound<'py, PyAny>)>, first: &[&str], depth: usize) -> Self {
+    pub fn new(mut fields: Vec<(String, Bound<'py, PyAny>)>, first: &[&str], depth: usize, is_unbounded: bool) -> Self {
         fields.sort_by_key(|(name, _)| first.iter().position(|one| one == name).unwrap_or(first.len()));
-        Self { fields: fields.into_iter(), present: None, depth }
+        Self { fields: fields.into_iter(), present: None, depth, is_unbounded }
     }
 }
 
@@ -58,7 +59,7 @@ impl<'de> MapAccess<'de> for Fields<'_> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Error> {
         let Some((name, value)) = self.present.take() else { return Err(Error::new("a value")) };
-        let read = seed.deserialize(Deserializer::within(&value, self.depth));
+        let read = seed.deserialize(Deserializer::within(&value, self.depth).unbounded_if(self.is_unbounded));
         read.map_err(|error| error.at(&value).inside(format!(".{name}")))
     }
 }

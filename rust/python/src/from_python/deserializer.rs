@@ -73,7 +73,9 @@ impl<'py> Deserializer<'py> {
     fn fields(&self, first: &[&str], expected: &str, section: Option<&str>) -> Result<Fields<'py>, Error> {
         let of_another = section.is_some_and(|section| section_of(&self.value).is_some_and(|other| other != section));
         let fields = if of_another || self.depth >= DEEPEST { None } else { fields_of(&self.value)? };
-        fields.map(|fields| Fields::new(fields, first, self.depth)).ok_or_else(|| Error::new(expected))
+        fields
+            .map(|fields| Fields::new(fields, first, self.depth, self.is_unbounded))
+            .ok_or_else(|| Error::new(expected))
     }
 }
 

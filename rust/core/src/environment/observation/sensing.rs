@@ -78,7 +78,7 @@ impl<M: RobotModel> BlockRow<M> {
 }
 
 /// Description of the accelerometer of each model.
-pub const ACCELEROMETER: &str = "specific force of link 1 about its own axes: mean acceleration of its CG over the control \
+pub const ACCELEROMETER: &str = "specific force of link 1, or of `imu_link`, about its own axes: mean acceleration of its CG over the control \
     period, minus gravity. It follows from the velocities at both ends, so that impacts count whole";
 
 /// Description of the motors' torques in each model.

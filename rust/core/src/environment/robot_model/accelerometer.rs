@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// Mean acceleration of link 1 over the last control period: the change of its velocity over the period, which holds
+/// Mean acceleration of the link with the sensor over the last control period: the change of its velocity over the period, which holds
 /// impacts whole, however short they are.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Accelerometer {

@@ -27,9 +27,11 @@ pub struct PlanarRobot {
     pub simulation: PlanarSimulation,
     pub reference: ReferenceGenerator<1>,
     forces: PlanarForces,
+    /// The link with the inertial sensors, from 0.
+    pub imu_link: usize,
 }
 
-/// Mean forces on each link over the last control period, in the world frame \[N\], and what link 1 feels of them.
+/// Mean forces on each link over the last control period, in the world frame \[N\], and what the accelerometer feels of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlanarForces {
     /// Of the pegs (T 7.6).
@@ -38,20 +40,21 @@ pub struct PlanarForces {
     lateral: Vec<f64>,
     /// Of the robot's other links.
     own: Vec<Vector2<f64>>,
-    head: Accelerometer,
+    #[serde(rename = "head")]
+    imu: Accelerometer,
 }
 
 impl MeanForces for PlanarForces {
     fn zero(links: usize) -> Self {
         let none = vec![Vector2::zeros(); links];
-        Self { peg: none.clone(), lateral: vec![0.0; links], own: none, head: Accelerometer::default() }
+        Self { peg: none.clone(), lateral: vec![0.0; links], own: none, imu: Accelerometer::default() }
     }
 
     fn clear(&mut self) {
         self.peg.fill(Vector2::zeros());
         self.lateral.fill(0.0);
         self.own.fill(Vector2::zeros());
-        self.head = Accelerometer::default();
+        self.imu = Accelerometer::default();
     }
 
     fn links(&self) -> Option<usize> {
@@ -85,7 +88,7 @@ impl RobotModel for PlanarRobot {
         let robot = simulation.robot();
         let entries = planar_entries(config.action_mode, robot.joint_count(), config.reach());
         let reference = ReferenceGenerator::new(entries, config.default_gait(), config.control_period);
-        Ok(Self { forces: PlanarForces::zero(robot.link_count()), simulation, reference })
+        Ok(Self { forces: PlanarForces::zero(robot.link_count()), simulation, reference, imu_link: config.imu_link })
     }
 
     fn simulation(&self) -> &Simulation<Planar> {
@@ -143,7 +146,7 @@ impl RobotModel for PlanarRobot {
 
     fn finish_period(&mut self, period: f64) -> u32 {
         self.reference.finish_period();
-        self.forces.head.finish_period(self.simulation.state().twist[0].xy().push(0.0), period);
+        self.forces.imu.finish_period(self.simulation.state().twist[self.imu_link].xy().push(0.0), period);
         self.read_forces(period)
     }
 
@@ -192,9 +195,9 @@ impl RobotModel for PlanarRobot {
 }
 
 impl PlanarRobot {
-    /// Mean acceleration of link 1 over the last control period, less gravity, world frame \[m/s^2\].
+    /// Mean acceleration of the link with the sensor over the last control period, less gravity, world frame \[m/s^2\].
     pub fn specific_force(&self) -> Vector2<f64> {
-        self.forces.head.acceleration.xy() - self.simulation.system().pull()
+        self.forces.imu.acceleration.xy() - self.simulation.system().pull()
     }
 
     /// Mean force of the pegs on each link over the last control period, to its left \[N\].

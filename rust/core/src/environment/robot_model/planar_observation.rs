@@ -88,20 +88,21 @@ pub const SENSING: &[BlockRow<PlanarRobot>] = &[
         bound: 4.0,
         memory: false,
         read: |view, values| {
-            let force = Heading::of(view.model.simulation.state().pose[0].z).to_link(view.model.specific_force());
+            let force = Heading::of(view.model.simulation.state().pose[view.model.imu_link].z)
+                .to_link(view.model.specific_force());
             values.copy_from_slice(&[-force.x, -force.y]);
         },
     },
     BlockRow {
         name: "gyro",
         unit: "rad/s",
-        description: "angular velocity of link 1",
+        description: "angular velocity of link 1, or of `imu_link`",
         present: always,
         elements: |_| named(&[odd("up")]),
         scale: |_| 2.5,
         bound: 4.0,
         memory: false,
-        read: |view, values| values[0] = view.model.simulation.state().twist[0].z,
+        read: |view, values| values[0] = view.model.simulation.state().twist[view.model.imu_link].z,
     },
     BlockRow {
         name: "motor_torque",

@@ -31,9 +31,11 @@ pub struct SpatialRobot {
     /// (yaw, pitch) of the joints at the start \[rad\].
     posture: Vec<Vector2<f64>>,
     forces: SpatialForces,
+    /// The link with the inertial sensors, from 0.
+    pub imu_link: usize,
 }
 
-/// Mean forces on each link over the last control period, and what link 1 feels of them.
+/// Mean forces on each link over the last control period, and what the accelerometer feels of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SpatialForces {
     /// Of the obstacles on each link, x and y in frame I, and z \[N\].
@@ -44,7 +46,8 @@ pub struct SpatialForces {
     top: Vec<f64>,
     /// Of the robot's other links on each link, frame I \[N\].
     own: Vec<Vector3<f64>>,
-    head: Accelerometer,
+    #[serde(rename = "head")]
+    imu: Accelerometer,
 }
 
 impl MeanForces for SpatialForces {
@@ -55,7 +58,7 @@ impl MeanForces for SpatialForces {
             ground: vec![0.0; links],
             top: vec![0.0; links],
             own: vec![Vector3::zeros(); links],
-            head: Accelerometer::default(),
+            imu: Accelerometer::default(),
         }
     }
 
@@ -65,7 +68,7 @@ impl MeanForces for SpatialForces {
         self.ground.fill(0.0);
         self.top.fill(0.0);
         self.own.fill(Vector3::zeros());
-        self.head = Accelerometer::default();
+        self.imu = Accelerometer::default();
     }
 
     fn links(&self) -> Option<usize> {
@@ -128,6 +131,7 @@ impl RobotModel for SpatialRobot {
             posture: vec![Vector2::zeros(); joints],
             forces: SpatialForces::zero(links),
             simulation,
+            imu_link: config.imu_link,
         })
     }
 
@@ -199,7 +203,7 @@ impl RobotModel for SpatialRobot {
 
     fn finish_period(&mut self, period: f64) -> u32 {
         self.reference.finish_period();
-        self.forces.head.finish_period(self.simulation.state().twist[0].fixed_rows::<3>(0).into(), period);
+        self.forces.imu.finish_period(self.simulation.state().twist[self.imu_link].fixed_rows::<3>(0).into(), period);
         let SpatialForces { ground, top, .. } = &mut self.forces;
         let forces = ground.iter_mut().chain(top);
         let impulses = self.simulation.ground_impulse().iter().chain(&self.simulation.body().top_impulse);
@@ -279,9 +283,9 @@ impl RobotModel for SpatialRobot {
 }
 
 impl SpatialRobot {
-    /// Mean acceleration of link 1 over the last control period, less gravity, world frame \[m/s^2\].
+    /// Mean acceleration of the link with the sensor over the last control period, less gravity, world frame \[m/s^2\].
     pub fn specific_force(&self) -> Vector3<f64> {
-        self.forces.head.acceleration - self.simulation.system().gravity
+        self.forces.imu.acceleration - self.simulation.system().gravity
     }
 
     /// Mean force of the robot's other links on each link over the last control period, frame I \[N\].

@@ -75,7 +75,7 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
     BlockRow {
         name: "gravity",
         unit: "1",
-        description: "direction of gravity in the frame of link 1, opposite to what an accelerometer at rest reads",
+        description: "direction of gravity in the frame of link 1, or of `imu_link`, opposite to what an accelerometer at rest reads",
         present: always,
         elements: |_| named(&[even("forward"), odd("left"), even("up")]),
         scale: |_| 1.0,
@@ -84,14 +84,14 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
         read: |view, values| {
             let simulation = &view.model.simulation;
             let direction = simulation.system().gravity / simulation.robot().gravity;
-            let seen = simulation.state().pose[0].orientation.inverse_transform_vector(&direction);
+            let seen = simulation.state().pose[view.model.imu_link].orientation.inverse_transform_vector(&direction);
             values.copy_from_slice(&forward_left_up(&seen));
         },
     },
     BlockRow {
         name: "gyro",
         unit: "rad/s",
-        description: "angular velocity of link 1 about its own axes",
+        description: "angular velocity of link 1, or of `imu_link`, about its own axes",
         present: always,
         // Angular velocities are axial: only that about the axis to the left survives the reflection.
         elements: |_| named(&[odd("forward"), even("left"), odd("up")]),
@@ -99,7 +99,8 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
         bound: 4.0,
         memory: false,
         read: |view, values| {
-            values.copy_from_slice(&forward_left_up(&turning(&view.model.simulation.state().twist[0])));
+            values
+                .copy_from_slice(&forward_left_up(&turning(&view.model.simulation.state().twist[view.model.imu_link])));
         },
     },
 ];
@@ -189,6 +190,20 @@ pub const SENSING: &[BlockRow<SpatialRobot>] = &[
         },
     },
     BlockRow {
+        name: "ground_touch",
+        unit: "1",
+        description: "1 for each link that the ground or a top face carried in the control period, else 0",
+        present: always,
+        elements: |setup| each(setup.links(), &[even("link_#")]),
+        scale: |_| 1.0,
+        bound: 1.0,
+        memory: true,
+        read: |view, values| {
+            let links = values.iter_mut().zip(view.model.force_from_below());
+            links.for_each(|(value, force)| *value = f64::from(u8::from(force > 0.0)));
+        },
+    },
+    BlockRow {
         name: "accelerometer",
         unit: "m/s^2",
         description: ACCELEROMETER,
@@ -198,7 +213,7 @@ pub const SENSING: &[BlockRow<SpatialRobot>] = &[
         bound: 4.0,
         memory: false,
         read: |view, values| {
-            let orientation = &view.model.simulation.state().pose[0].orientation;
+            let orientation = &view.model.simulation.state().pose[view.model.imu_link].orientation;
             let force = orientation.inverse_transform_vector(&view.model.specific_force());
             values.copy_from_slice(&forward_left_up(&force));
         },
