@@ -164,11 +164,11 @@ class Robot(Section):
         """A robot with 20 hinges, in turn pitch and yaw, as public models of DGIST's snake robot have it.
 
         From Snake_Robot_o20_Rolling_S.xml in github.com/XiaoJian923/Snake_Robot_Gait, commit 6d217ea. Joints are 67.5
-        and 69.5 mm apart and turn by a right angle to either side. A module has 0.2 kg, a joint has armature 0.01 kg m^2
-        and damping 0.6 N m s/rad. Its servos are ``PD(4.0, 0.0, torque_limit=3.0)``. The radius of 32.5 mm is that of the discs in
-        description/mujoco/snake_dgist.xml of github.com/VanguardDream/snake_RL. Assumed: head and tail are as long as
-        modules, and links are homogeneous cylinders. These are data of models; no data sheet is published. Keywords
-        replace fields.
+        and 69.5 mm apart and turn by a right angle to either side. A module has 0.2 kg, a joint has an armature of 0.01
+        kg m^2 and damping of 0.6 N m s/rad. Its servos are ``PD(4.0, 0.0, torque_limit=3.0)``. The radius of 32.5 mm is
+        that of the discs in description/mujoco/snake_dgist.xml of github.com/VanguardDream/snake_RL. Assumed: head and
+        tail are as long as modules, and links are homogeneous cylinders. These are data of models; no data sheet is
+        published. Keywords replace fields.
         """
         radius, mass = 0.0325, 0.2
         length = np.array([0.0695, *[0.0675, 0.0695] * 10])
