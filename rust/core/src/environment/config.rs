@@ -328,7 +328,8 @@ impl EnvConfig {
     /// What bounds the actions.
     pub fn reach(&self) -> Reach {
         let torque = self.controller().torque_limit.unwrap_or(f64::INFINITY);
-        Reach { torque, rate: self.robot.motor.map_or(f64::INFINITY, |motor| motor.no_load_speed) }
+        let rates = self.robot.motor.iter().flat_map(PerAxis::values).map(|motor| motor.no_load_speed);
+        Reach { torque, rate: rates.fold(f64::INFINITY, f64::min) }
     }
 
     /// The gait of action zero.

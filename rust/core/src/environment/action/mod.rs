@@ -145,7 +145,7 @@ fn entry(
 pub struct Reach {
     /// Of a controller \[N m\].
     pub torque: f64,
-    /// No-load speed of the motors \[rad/s\].
+    /// No-load speed of the slowest motor \[rad/s\].
     pub rate: f64,
 }
 
