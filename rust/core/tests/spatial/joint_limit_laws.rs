@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanTarget, JointTarget, Reference};
 use snake_core::planar;
-use snake_core::robot::{AxesConfig, JointLimit, OneJoint, PerLink, RobotConfig};
+use snake_core::robot::{AxesConfig, OneJoint, PerAxis, PerLink, RobotConfig};
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, joint_angle, joint_axes, orientation_of, turning, twist_of};
