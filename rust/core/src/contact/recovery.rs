@@ -1,12 +1,15 @@
 //! How a penetration is undone: the same in all models (T 3.55 != D10).
 
-use crate::math::Real;
+use crate::math::{Mask, Real};
 
 /// Gap that a contact may keep at the end of a stage, zero or negative \[m\]: what is left of the penetration `depth`
 /// from before the step, `elapsed` after its start.
 #[inline(always)]
 pub fn remaining_gap<T: Real>(depth: T, elapsed: T) -> T {
     let one = T::splat(1.0);
+    if !T::zero().lt(depth).any() {
+        return T::zero();
+    }
     let speed_up = one + depth / T::splat(SLIGHT_DEPTH);
     -depth * (one - speed_up * elapsed / T::splat(RECOVERY_TIME)).max(T::zero())
 }

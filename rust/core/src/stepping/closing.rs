@@ -4,7 +4,7 @@
 //! of the stage and the rate `w . u` at which it opens. Closing times follow from these numbers, so that they cost no
 //! geometry.
 
-use crate::math::{MAX_LANES, Real};
+use crate::math::{MAX_LANES, Mask, Real};
 
 /// What the rows of one robot say of a part.
 #[derive(Debug, Clone, Copy)]
@@ -49,16 +49,23 @@ pub struct ClosingRow<T: Real = f64> {
 
 impl<T: Real> ClosingRow<T> {
     /// In a stage of coefficient `c` that ends `elapsed` after the start of the part: time within the part at which the row
-    /// closes, and time after it at which it is forecast to; infinite where there is none \[s\].
+    /// closes, and time after it at which it is forecast to in the lanes `forecasts`; infinite where there is none \[s\].
     #[inline(always)]
-    pub fn times(&self, c: T, elapsed: T) -> (T, T) {
+    pub fn times(&self, c: T, elapsed: T, forecasts: T::Mask) -> (T, T) {
         let (zero, never, slow) = (T::zero(), T::splat(f64::INFINITY), T::splat(-SLOW));
-        // From the base of the stage with the velocity that was expected without the contact.
-        let at = (elapsed - c - c * self.offset / self.expected_rate).max(zero).min(elapsed);
         let closes = self.presses & !self.touched & self.expected_rate.lt(slow);
-        let forecast = (c * (self.offset + self.rate)).max(zero) / -self.rate;
-        let approaches = !self.presses & self.rate.lt(slow);
-        (T::select(closes, at, never), T::select(approaches, forecast, never))
+        let approaches = forecasts & !self.presses & self.rate.lt(slow);
+        let (mut at, mut forecast) = (never, never);
+        // Quotients are the larger part of this, and few rows need one.
+        if closes.any() {
+            // From the base of the stage with the velocity that was expected without the contact.
+            let time = elapsed - c - c * self.offset / self.expected_rate;
+            at = T::select(closes, time.max(zero).min(elapsed), never);
+        }
+        if approaches.any() {
+            forecast = T::select(approaches, (c * (self.offset + self.rate)).max(zero) / -self.rate, never);
+        }
+        (at, forecast)
     }
 }
 
@@ -101,7 +108,7 @@ impl Closings {
 
     /// Adds a row, see [`ClosingRow::times`].
     pub fn add(&mut self, lane: usize, row: &ClosingRow, c: f64, elapsed: f64) {
-        let (at, forecast) = row.times(c, elapsed);
+        let (at, forecast) = row.times(c, elapsed, true);
         self.add_times(lane, at, forecast);
     }
 }

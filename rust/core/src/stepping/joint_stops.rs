@@ -174,12 +174,14 @@ impl<T: Real> JointStops<T> {
         if !self.near.any() {
             return;
         }
-        let mut levers = self.lever.iter().enumerate();
+        let (per_c, mut levers) = (T::splat(1.0) / c, self.lever.iter().enumerate());
         for (start, base) in angles {
             let Some((axis, &lever)) = levers.next() else { break };
             let [upper, lower] = self.bounds.get(axis).copied().unwrap_or([self.limit; 2]);
-            let offset =
-                [offset(upper, lever, start, base, c, elapsed), offset(lower, lever, -start, -base, c, elapsed)];
+            let offset = [
+                offset(upper, lever, start, base, per_c, elapsed),
+                offset(lower, lever, -start, -base, per_c, elapsed),
+            ];
             self.stops.push(StageStop { lever, offset });
         }
         if !self.within_reach.any() {
@@ -210,6 +212,7 @@ impl<T: Real> JointStops<T> {
         }
         self.has_forces |= !impulses.is_empty();
         let per_second = T::splat(1.0) / c;
+        let clearance = T::splat(CLEARANCE) * per_second;
         let mut rows = self.stops.iter().zip(self.force.iter_mut().zip(&self.start_force)).enumerate();
         for (expected, rate) in rates {
             let Some((axis, (stop, (force, start_force)))) = rows.next() else { break };
@@ -219,6 +222,7 @@ impl<T: Real> JointStops<T> {
                     force[side] = T::select(lanes, impulse[side] * per_second, force[side]);
                 }
                 let lever = if side == 0 { -stop.lever } else { stop.lever };
+                let is_near = (stop.offset[side] + lever * rate).lt(stop.lever * clearance);
                 let row = ClosingRow {
                     offset: stop.offset[side],
                     expected_rate: lever * expected,
@@ -226,7 +230,7 @@ impl<T: Real> JointStops<T> {
                     presses: T::zero().lt(impulse[side]),
                     touched: T::zero().lt(start_force[side]),
                 };
-                let (at, forecast) = row.times(c, elapsed);
+                let (at, forecast) = row.times(c, elapsed, is_near);
                 (self.closes_at, self.forecast) = (self.closes_at.min(at), self.forecast.min(forecast));
             }
         }
@@ -249,11 +253,11 @@ impl<T: Real> JointStops<T> {
     }
 }
 
-/// Offset of the stop at the largest angle of an axis with these angles.
+/// Offset of the stop at the largest angle of an axis with these angles, in a stage of coefficient 1 / `per_c`.
 #[inline(always)]
-fn offset<T: Real>(limit: T, lever: T, start: T, base: T, c: T, elapsed: T) -> T {
+fn offset<T: Real>(limit: T, lever: T, start: T, base: T, per_c: T, elapsed: T) -> T {
     let kept = remaining_gap((lever * (start - limit)).max(T::zero()), elapsed);
-    ((lever * (limit - base) - kept) / c).max(T::splat(-RECOVERY_SPEED))
+    ((lever * (limit - base) - kept) * per_c).max(T::splat(-RECOVERY_SPEED))
 }
 
 /// Largest angles of all axes to both sides, out of reach where a joint has no limit or not the axis.

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::contact::recovery::{RECOVERY_SPEED, RECOVERY_TIME};
-use crate::math::Real;
+use crate::math::{Mask, Real};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
 use crate::spatial::spatial_vector::scaled;
@@ -218,7 +218,7 @@ impl<T: Real> Workspace<T> {
                     presses: T::zero().lt(self.solution.normal[i][end]),
                     touched: self.stood[i][end],
                 };
-                let (at, forecast) = row.times(self.stage.coefficient, self.motion.elapsed);
+                let (at, forecast) = row.times(self.stage.coefficient, self.motion.elapsed, T::Mask::of(|_| true));
                 self.result.touchdown = self.result.touchdown.min(at);
                 self.result.touchdown_forecast = self.result.touchdown_forecast.min(forecast);
             }
@@ -354,8 +354,10 @@ fn tangent<T: Real>(frame: &Frame<T>) -> Vector2<T> {
 pub fn opening<T: Real>(still: T, at_start: T, c: T, elapsed: T) -> T {
     let zero = T::zero();
     let touches = still.abs().lt(T::splat(TOUCHING));
-    let remaining = (T::splat(1.0) - elapsed / T::splat(RECOVERY_TIME)).max(zero);
-    let floor = at_start.min(zero) * remaining;
+    let mut floor = zero;
+    if at_start.lt(zero).any() {
+        floor = at_start.min(zero) * (T::splat(1.0) - elapsed / T::splat(RECOVERY_TIME)).max(zero);
+    }
     let offset = ((still - floor) / c).max(T::splat(-RECOVERY_SPEED));
     T::select(touches, zero, offset)
 }
