@@ -7,7 +7,7 @@ use snake_core::planar::{Fleet, PlanarState, PlanarSystem, Scripted};
 use snake_core::robot::{Motor, Robot, RobotConfig};
 use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
 use snake_core::stepping::ImplicitConfig;
-use snake_test_support::planar::Hold;
+use snake_test_support::planar::{Hold, posture, table_7_5};
 
 type Undulator = Scripted<Wave>;
 
@@ -81,6 +81,35 @@ fn so_it_is_with_motors() {
         (0..9).map(|k| run(&system, config, std::slice::from_mut(&mut robots(&system, 9)[k]), 1).remove(0)).collect();
     for width in [2, 9] {
         assert!(run(&system, config, &mut robots(&system, 9), width) == alone, "fleet made for {width} robots");
+    }
+}
+
+/// Robots that jam among rough pegs, where solves that give up friction at obstacles in one lane run beside others.
+#[test]
+fn so_it_is_among_rough_pegs() {
+    let system = plant_under(ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() }, [0.2, 0.2]);
+    let jamming = || -> Vec<Undulator> {
+        let undulator = |k: usize| {
+            let mut obstacles = table_7_5().obstacles;
+            obstacles.iter_mut().for_each(|obstacle| obstacle.friction = 0.3 + 0.1 * k as f64);
+            let wave = Wave { omega: 2.0 + 0.4 * k as f64, ..Wave::default() };
+            Scripted::new(&system.robot, ObstacleGrid::of(&obstacles), START_7_5, &posture(&wave, 10), wave)
+        };
+        (0..9).map(undulator).collect()
+    };
+    let run = |robots: &mut [Undulator], width: usize| -> Vec<(PlanarState, u32)> {
+        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, width);
+        let mut fallbacks = vec![0; robots.len()];
+        for _ in 0..60 {
+            fleet.advance(&system, robots, 0.05, |_| true);
+            fallbacks.iter_mut().zip(&*robots).for_each(|(sum, robot)| *sum += robot.body.statistics.fallbacks);
+        }
+        robots.iter().map(|robot| robot.body.state.clone()).zip(fallbacks).collect()
+    };
+    let alone: Vec<_> = (0..9).map(|k| run(std::slice::from_mut(&mut jamming()[k]), 1).remove(0)).collect();
+    assert!(alone.iter().filter(|(_, fallbacks)| *fallbacks > 0).count() > 2, "too few stages are hard");
+    for width in [2, 9] {
+        assert!(run(&mut jamming(), width) == alone, "fleet made for {width} robots");
     }
 }
 

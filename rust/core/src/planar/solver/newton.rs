@@ -89,7 +89,7 @@ impl<T: Real> Newton<T> {
     ) -> Outcome<T> {
         self.warm_up(stage, solution);
         let outcome = solver::solve(self, tolerance, max_iterations, lanes);
-        self.write(stage, solution);
+        self.write(stage, solution, lanes);
         outcome
     }
 
@@ -360,32 +360,46 @@ impl<T: Real> Newton<T> {
         squared
     }
 
-    /// Velocities in the world frame, and impulses.
+    /// Velocities in the world frame, and impulses, in the given lanes.
     #[inline(always)]
-    fn write(&self, stage: &Stage<T>, solution: &mut StageSolution<T>) {
+    fn write(&self, stage: &Stage<T>, solution: &mut StageSolution<T>, lanes: T::Mask) {
         for (i, link) in self.links.iter().enumerate() {
             let velocity = stage.links[i].heading.to_world(link.twist.xy());
-            solution.twist[i] = Vector3::new(velocity.x, velocity.y, link.twist.z);
-            solution.friction[i] = link.friction.impulse();
+            select_into(&mut solution.twist[i], lanes, &Vector3::new(velocity.x, velocity.y, link.twist.z));
+            let friction = link.friction.impulse();
+            keep(&mut solution.friction[i].x, lanes, friction.x);
+            keep(&mut solution.friction[i].y, lanes, friction.y);
             if (1..stage.chain()).contains(&i) {
-                solution.actuator[i - 1] = link.actuator.impulse;
+                keep(&mut solution.actuator[i - 1], lanes, link.actuator.impulse);
             }
         }
         for (impulse, stop) in solution.stop.iter_mut().zip(&self.stops) {
-            *impulse = stop.impulse();
+            let [upper, lower] = stop.impulse();
+            keep(&mut impulse[0], lanes, upper);
+            keep(&mut impulse[1], lanes, lower);
         }
         for (impulse, motor) in solution.gear.iter_mut().zip(&self.motors) {
-            *impulse = motor.friction;
+            keep(impulse, lanes, motor.friction);
         }
         for (impulse, spin) in solution.spin.iter_mut().zip(&self.spins) {
-            *impulse = spin.friction;
+            keep(impulse, lanes, spin.friction);
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
-            *impulse = contact.law.impulse;
+            keep(impulse, lanes, contact.law.impulse);
         }
-        self.obstacle_friction.write(&mut solution.obstacle_friction);
-        self.self_contacts.write(&mut solution.pair);
+        for (impulse, term) in solution.obstacle_friction.iter_mut().zip(&self.obstacle_friction.terms) {
+            keep(impulse, lanes, term.impulse);
+        }
+        for (impulse, own) in solution.pair.iter_mut().zip(self.self_contacts.impulses()) {
+            keep(impulse, lanes, own);
+        }
     }
+}
+
+/// Sets a number in the given lanes.
+#[inline(always)]
+fn keep<T: Real>(target: &mut T, lanes: T::Mask, value: T) {
+    *target = T::select(lanes, value, *target);
 }
 
 impl<T: Real> StageProblem<T> for Newton<T> {

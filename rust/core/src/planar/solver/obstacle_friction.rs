@@ -95,13 +95,6 @@ impl<T: Real> ObstacleFriction<T> {
     pub fn stiffen(&mut self, factor: T) {
         self.terms.iter_mut().for_each(|term| term.law.stiffness = term.law.stiffness * factor);
     }
-
-    #[inline(always)]
-    pub fn write(&self, impulses: &mut [T]) {
-        for (impulse, term) in impulses.iter_mut().zip(&self.terms) {
-            *impulse = term.impulse;
-        }
-    }
 }
 
 impl<T: Real> ObstacleFrictionTerm<T> {

@@ -127,10 +127,11 @@ impl<T: Real> SelfContacts<T> {
     }
 
     #[inline(always)]
-    pub fn write(&self, impulses: &mut [T]) {
-        for (impulse, term) in impulses.iter_mut().zip(&self.terms) {
-            *impulse = term.law.impulse;
-        }
+    pub fn impulses(&self) -> impl Iterator<Item = T> + '_ {
+        self.terms.iter().map(
+            #[inline(always)]
+            |term| term.law.impulse,
+        )
     }
 }
 
