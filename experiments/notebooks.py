@@ -14,6 +14,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from snake_env._files import write_text
+
 DOCS = Path(__file__).parents[1] / "docs"
 FOLDER = DOCS / "notebooks"
 SOURCES = ("simulate.md", "training.md", "tutorials/spatial.py")
@@ -83,7 +85,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{'wrote' if args.write else 'not up to date:'} {path.relative_to(DOCS.parent)}")
             if args.write:
                 path.parent.mkdir(exist_ok=True)
-                path.write_text(text, encoding="utf-8")
+                write_text(path, text)
     return 0 if args.write else min(stale, 1)
 
 

@@ -1,6 +1,7 @@
 """Cached episodes belong to what was played, and nothing beats what cannot be beaten."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -51,6 +52,8 @@ def test_an_episode_has_the_mean_self_contact_force():
     """Two robots whose episodes last two and three steps."""
 
     class Played:
+        unwrapped = SimpleNamespace(layout={"control_period": 0.05})
+
         def reset(self, seed):
             self.step_number = 0
             return np.zeros((2, 1), np.float32), {}
@@ -58,7 +61,8 @@ def test_an_episode_has_the_mean_self_contact_force():
         def step(self, action):
             self.step_number += 1
             ended = np.array([self.step_number >= 2, self.step_number >= 3])
-            infos = {"self_contact_force": np.array([1.0, 2.0]) * self.step_number, "time": np.zeros(2)}
+            infos = {"self_contact_force": np.array([1.0, 2.0]) * self.step_number}
+            infos |= {name: np.zeros(2) for name in ("time", "contacts", "progress")}
             return np.zeros((2, 1), np.float32), np.zeros(2), ended, np.zeros(2, np.bool_), infos
 
     episodes, _ = rollout.play(Played(), lambda seen: seen, [0, 1])
