@@ -62,9 +62,8 @@ POSE = 3
 STEP = 0.03
 """Half a finite difference, as a share of the value."""
 INTEGRATION = 2e-3
-"""Integration step [s]. Errors change smoothly with the parameters: at the true values above, those by changes of 1 and
-of 5 % of kp, kd or stall torque agree within 4 %. With parts of free length (``precision="fine"``) they do not.
-"""
+"""Integration step [s]. With equal steps the errors change smoothly with the parameters; with parts of free length
+(``precision="fine"``) their differences by kp and kd are rough."""
 LEAST_DAMPING = 1e-3
 """Holds what cannot be told at its guess: with less weight than a measurement of it that errs by 30 times its value."""
 LARGEST_CHANGE = 0.5

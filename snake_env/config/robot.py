@@ -147,17 +147,7 @@ class Robot(Section):
         modules, radius = 15, 0.0255
         length = np.array([0.107, *[0.064] * modules, 0.107])
         mass = np.array([0.291, *[0.205] * modules, 0.291])
-        fields: dict[str, Any] = {
-            "links": modules + 2,
-            "length": length,
-            "contact_half_length": 0.5 * length - radius,
-            "radius": radius,
-            "mass": mass,
-            "inertia": mass * (3.0 * radius**2 + length**2) / 12.0,
-            "roll_inertia": 0.5 * mass * radius**2,
-            "axes": ["yaw", "pitch"] * 8,
-        }
-        return cls(**(fields | changes))
+        return cls(**(_cylinders(length, radius, mass) | {"axes": ["yaw", "pitch"] * 8} | changes))
 
     @classmethod
     def dgist(cls, **changes: Any) -> Robot:
@@ -172,18 +162,8 @@ class Robot(Section):
         """
         radius, mass = 0.0325, 0.2
         length = np.array([0.0695, *[0.0675, 0.0695] * 10])
-        fields: dict[str, Any] = {
-            "links": 21,
-            "length": length,
-            "contact_half_length": 0.5 * length - radius,
-            "radius": radius,
-            "mass": mass,
-            "inertia": mass * (3.0 * radius**2 + length**2) / 12.0,
-            "roll_inertia": 0.5 * mass * radius**2,
-            "axes": ["pitch", "yaw"] * 10,
-            "motor": Motor(rotor_inertia=0.01, gear_damping=0.6),
-        }
-        return cls(**(fields | changes))
+        joints = {"axes": ["pitch", "yaw"] * 10, "motor": Motor(rotor_inertia=0.01, gear_damping=0.6)}
+        return cls(**(_cylinders(length, radius, mass) | joints | changes))
 
     @classmethod
     def from_mjcf(cls, path: str | Path, *, tolerance: float = 1e-6, **changes: Any) -> Robot:
@@ -240,6 +220,19 @@ UNIT_AXES: dict[tuple[float, ...], AxisName] = {
     (0.0, 0.0, 1.0): "roll",
 }
 """Names of vectors of the link frame."""
+
+
+def _cylinders(length: NDArray[np.float64], radius: float, mass: float | NDArray[np.float64]) -> dict[str, Any]:
+    """Fields of links (n,) that are homogeneous cylinders with round ends to touch [m], [kg]."""
+    return {
+        "links": len(length),
+        "length": length,
+        "contact_half_length": 0.5 * length - radius,
+        "radius": radius,
+        "mass": mass,
+        "inertia": mass * (3.0 * radius**2 + length**2) / 12.0,
+        "roll_inertia": 0.5 * mass * radius**2,
+    }
 
 
 V = TypeVar("V")

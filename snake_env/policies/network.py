@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -96,13 +97,19 @@ class Network(PolicyBase):
         """Of observations and actions to those of the training; None: ranges are equal, or unknown."""
         if self.card.env_id is None:
             return None
-        env: Any = self.make_vec(1, num_threads=1)
-        trained: dict[str, Any] = env.unwrapped.layout
-        env.close()
+        trained = self._trained_layout
         if have_equal_ranges(layout, trained):
             return None
         done = [entry["name"] for entry in layout["action"]]
         return Conversion.of(network_inputs(layout, ()), layout, trained), Conversion.of(done, layout, trained)
+
+    @cached_property
+    def _trained_layout(self) -> dict[str, Any]:
+        """Of the environment of the training."""
+        env: Any = self.make_vec(1, num_threads=1)
+        layout: dict[str, Any] = env.unwrapped.layout
+        env.close()
+        return layout
 
     def reset(self, rows: NDArray[np.bool_] | None = None) -> None:
         """Forgets what it remembers of the robots in ``rows`` (n,), whose next observation begins an episode.

@@ -272,6 +272,8 @@ def test_scripted_controllers_have_names_with_hyphens(name):
 def test_a_model_is_scored_where_it_was_trained(tmp_path):
     env = normalised(venv(perception="blind", max_episode_steps=5))
     model = algorithms.PPO("MlpPolicy", env, device="cpu", **SIZES)
+    for weights in model.policy.parameters():
+        weights.data.zero_()  # else actions in single precision depend on the size of the batch
     found = snake_env.evaluate(model, episodes=3, seed=4)
     assert (found.task.env_id, found.task.options["max_episode_steps"]) == ("SnakeField-v1", 5)
     in_another = snake_env.evaluate(model, "field-hard", episodes=1)
@@ -284,7 +286,8 @@ def test_a_model_is_scored_where_it_was_trained(tmp_path):
     )
     assert given.task.options["perception"] == "blind"
     alone = snake_env.evaluate(model, episodes=1, seed=6)
-    assert alone.episodes["distance"][0] == pytest.approx(found.episodes["distance"][2]), "on scene seed + k"
+    assert len(set(found.episodes["distance"])) == 3
+    assert alone.episodes["distance"][0] == found.episodes["distance"][2], "on scene seed + k"
     with pytest.raises(ConfigError, match=r"options\.perception = pegs: expected blind, which PPO acts with"):
         snake_env.evaluate(model, gym.make("SnakeField-v1", perception="pegs"), episodes=1)
 

@@ -6,10 +6,10 @@ use crate::math::{Mask, Real};
 /// from before the step, `elapsed` after its start.
 #[inline(always)]
 pub fn remaining_gap<T: Real>(depth: T, elapsed: T) -> T {
-    let one = T::splat(1.0);
     if !T::zero().lt(depth).any() {
         return T::zero();
     }
+    let one = T::splat(1.0);
     let speed_up = one + depth / T::splat(SLIGHT_DEPTH);
     -depth * (one - speed_up * elapsed / T::splat(RECOVERY_TIME)).max(T::zero())
 }

@@ -89,7 +89,7 @@ impl<T: Real> Newton<T> {
     /// about `tolerance` \[m/s\], in at most `max_iterations` linear solves.
     ///
     /// The starting twists need not satisfy the joints: the first link's twist and all joint rates are kept and the
-    /// rest follows. Lanes not in `lanes` are left as they are.
+    /// rest follows. Lanes not in `lanes` take no step; what `solution` has of them afterwards means nothing.
     #[inline(always)]
     pub fn solve(
         &mut self,
