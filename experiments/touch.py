@@ -29,7 +29,7 @@ from snake_env.evaluation.rollout import make_env, play
 from snake_env.evaluation.statistics import student_interval
 from snake_env.evaluation.tasks import BenchmarkTask
 from snake_env.markdown import table
-from snake_env.policies.interface import Policy
+from snake_env.policies.interface import Policy, acting
 from snake_env.policies.loading import load_policy
 from training.cli import answer
 from training.config import Count
@@ -160,10 +160,10 @@ def _play(
 ) -> Mechanism:
     """``content`` and ``code`` are keys of the cache only."""
     task: BenchmarkTask = task_of(TASK, "aiko")
-    acting: Policy = load_policy(file)
-    env = make_env(task.env_id, scenes, num_threads, **(task.options | acting.env_options))
+    player: Policy = load_policy(file)
+    env = make_env(task.env_id, scenes, num_threads, **acting(player, task.options))
     layout: dict[str, Any] = env.unwrapped.layout
-    acting.begin(layout, scenes)
+    player.begin(layout, scenes)
     blocks = [block for block in layout["observation"] if block["name"] in hidden]
     unseen = [k for block in blocks for k in range(block["start"], block["start"] + block["size"])]
     pushed: list[Array] = []
@@ -172,7 +172,7 @@ def _play(
         pushed.append(env.unwrapped.state().contact_force[..., 0])  # the goal lies along x
         shown = observation.copy()
         shown[:, unseen] = 0.0
-        return acting(shown)
+        return player(shown)
 
     episodes, _ = play(env, act, seeds.held_out(scenes))
     env.close()

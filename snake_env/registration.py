@@ -9,6 +9,7 @@ import gymnasium as gym
 from snake_env._native import defaults, scenarios
 
 MAX_EPISODE_STEPS: int = defaults("environment")["max_episode_steps"]
+CONTROL_PERIOD: float = defaults("environment")["control_period"]
 
 SCENARIOS: list[dict[str, Any]] = scenarios()
 """The families of scenes, as the core registers them."""

@@ -15,7 +15,7 @@ from snake_env.errors import ConfigError
 from snake_env.evaluation.rollout import make_env
 from snake_env.evaluation.seeds import held_out
 from snake_env.evaluation.tasks import acting_in
-from snake_env.policies.interface import Policy
+from snake_env.policies.interface import Policy, acting
 from snake_env.state import State
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def play(policy: Policy, env_id: str, seed: int, render_mode: str | None = None,
         render_mode: "rgb_array" keeps a picture of every control instant, "human" shows the episode in a window.
         **options: keywords of the environment, under those of the policy.
     """
-    env = make_env(env_id, 1, 1, render_mode=render_mode, **(options | policy.env_options))
+    env = make_env(env_id, 1, 1, render_mode=render_mode, **acting(policy, options))
     observation, _ = env.reset(seed=[seed])
     policy.begin(env.unwrapped.layout, 1)
     states, observations, frames, ended = [], [], [], False

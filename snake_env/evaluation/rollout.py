@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env.evaluation.movement import Movement
-from snake_env.policies.interface import Policy
+from snake_env.policies.interface import Policy, acting
 from snake_env.vector_env import refuse_others
 
 Episodes = dict[str, NDArray[Any]]
@@ -54,7 +54,7 @@ def run_episodes(
         num_threads: threads of the simulator; None: the environment's choice.
         **options: keywords of the environment, under those of the policy.
     """
-    env = make_env(env_id, len(seeds), num_threads, **(options | policy.env_options))
+    env = make_env(env_id, len(seeds), num_threads, **acting(policy, options))
     policy.begin(env.unwrapped.layout, len(seeds))
     episodes, _ = play(env, policy, seeds)
     env.close()

@@ -14,7 +14,7 @@ from snake_env.errors import ConfigError
 from snake_env.options import TaskOptions
 from snake_env.policies import files
 from snake_env.policies.policy_card import PolicyCard
-from snake_env.registration import MAX_EPISODE_STEPS, OWN_ID, TASKS
+from snake_env.registration import CONTROL_PERIOD, MAX_EPISODE_STEPS, OWN_ID, TASKS
 
 INTERFACE = ("action_mode", "perception", "nearest_pegs", "observation_blocks", "privileged", "control_period")
 """Keywords of the environment that belong to a policy; all others belong to the task on which it is evaluated."""
@@ -108,6 +108,18 @@ class PolicyBase(Stateless):
 def interface(options: Mapping[str, Any]) -> dict[str, Any]:
     """Those of an environment's keywords that belong to a policy."""
     return {name: value for name, value in options.items() if name in INTERFACE}
+
+
+def acting(policy: Policy, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Keywords of the environment in which a policy acts on a task with ``options``.
+
+    A policy with a control period of its own has as many seconds as the others, not as many steps.
+    """
+    keywords = {**options, **policy.env_options}
+    ratio = options.get("control_period", CONTROL_PERIOD) / keywords.get("control_period", CONTROL_PERIOD)
+    if ratio != 1.0:
+        keywords["max_episode_steps"] = max(1, round(options.get("max_episode_steps", MAX_EPISODE_STEPS) * ratio))
+    return keywords
 
 
 def task_keywords(spec: Any, *more: str) -> dict[str, Any]:

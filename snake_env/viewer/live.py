@@ -18,6 +18,7 @@ from snake_env.evaluation.tasks import BenchmarkTask, acting_in
 from snake_env.obstacles import HeightField
 from snake_env.palette import PEG_HEIGHT
 from snake_env.policies.gaits import DEGREE, GaitParameters, GaitPolicy
+from snake_env.policies.interface import acting
 from snake_env.policies.loading import GAIT, SCRIPTED
 from snake_env.policies.shipped import NAMES
 from snake_env.registration import TASKS
@@ -209,7 +210,7 @@ class Live:
             options["friction"] = (shown[self.friction],) * 2
         chosen = BenchmarkTask(chosen.name, chosen.env_id, options, chosen.about)
         actor, _ = acting_in(self._actors[shown[self.policy]], chosen)
-        options |= actor.env_options
+        options = acting(actor, options)
         env: Any = gym.make_vec(chosen.env_id, 1, num_threads=1, autoreset_mode="Disabled", **options)
         given = {"options": self._changed} if self._changed else {}
         observation, _ = env.reset(seed=[seeds.HELD_OUT[shown[self.scene]]], **given)

@@ -46,6 +46,13 @@ def test_a_policy_is_compared_scene_by_scene():
         fast.against(evaluate(wave(1.0), OPEN, scenes=3))
 
 
+def test_a_longer_control_period_brings_no_more_time():
+    task = BenchmarkTask("short", "SnakeField-v1", {"max_episode_steps": 4})
+    for period, steps in ((0.1, 2), (0.05, 4), (0.02, 10)):
+        found = evaluate(wave(-1.0), task, episodes=1, env_options={"control_period": period})
+        np.testing.assert_allclose(found.episodes["time"], steps * period)
+
+
 def test_a_shipped_policy_brings_its_own_options():
     task = BenchmarkTask("short", "SnakeField-v1", {"max_episode_steps": 3})
     assert evaluate(snake_env.load_policy("field-hard"), task, scenes=2).name == "field-hard"
