@@ -121,7 +121,8 @@ def _end_with_input() -> None:
     """Makes the process save and stop when its standard input ends: with the process at the other end of it."""
 
     def wait() -> None:
-        sys.stdin.buffer.read()
+        while os.read(sys.stdin.fileno(), 4096):  # without the lock of a buffer, which would outlast the interpreter
+            pass
         os.kill(os.getpid(), signal.SIGTERM)
 
     threading.Thread(target=wait, daemon=True).start()

@@ -70,6 +70,7 @@ def test_finished_runs_continue_to_a_larger_budget_and_refuse_a_smaller_one(tiny
     for steps in (256, 512):
         assert sweep.main([*arguments, "--total-steps", str(steps)]) == 0
         assert files.read(run.policy)[1]["steps"] == run.config().total_steps == steps
+    assert "Fatal" not in (run.path / "log.txt").read_text(), "the thread that reads the standard input ends quietly"
     assert sweep.main([*arguments, "--total-steps", "256"]) == 2
     assert "total_steps = 256: expected at least 512, which " in capsys.readouterr().err
     assert run.config().total_steps == 512
