@@ -159,10 +159,9 @@ FIELDS = 150
 
 
 def _difficulty() -> dict[str, Picture]:
-    envs = {by["task"]: env_id for env_id, by in TASKS.items() if set(by) == {"task"}}
     runs = tuple(
-        episode("gait", envs[options["task"]], 0, options | {"difficulty": level})
-        for options in difficulty.OPTIONS.values()
+        episode("gait", task.env_id, 0, task.options | {"difficulty": level})
+        for task in (difficulty.FAMILIES[name] for name in difficulty.PLANAR)
         for level in difficulty.DIFFICULTIES
     )
 

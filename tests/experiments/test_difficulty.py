@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from experiments import difficulty
+from snake_env.evaluation.statistics import Estimate
 
 
 def test_success_of_the_gait_falls_with_difficulty(capsys, tmp_path):
@@ -17,6 +20,15 @@ def test_success_of_the_gait_falls_with_difficulty(capsys, tmp_path):
 
 
 def test_every_task_with_a_difficulty_is_measured():
-    for options in difficulty.OPTIONS.values():
-        curve = difficulty.measure({**options, "goal_distance": 0.3, "goal_radius": 0.2}, (0.5,), 2, 1)
-        assert 0.0 <= curve[0].low <= curve[0].value <= curve[0].high <= 1.0
+    args = difficulty.Options(difficulties=(0.5,), fields=2, num_threads=1)
+    for task in difficulty.FAMILIES.values():
+        short = replace(task, options={**task.options, "max_episode_steps": 20})
+        (found,) = difficulty.measure("gait", short, args)
+        assert 0.0 <= found.low <= found.value <= found.high <= 1.0
+
+
+def test_a_level_is_reached_only_after_all_easier_ones():
+    curve = [Estimate(value, value, value) for value in (0.9, 0.8, 0.7, 0.95)]
+    assert difficulty.level(curve, (0.0, 0.25, 0.5, 1.0)) == "0.25"
+    assert difficulty.level(curve[2:], (0.0, 0.25)) == "-"
+    assert difficulty.level(curve[::-1], (1.0, 0.5, 0.25, 0.0)) == "0.25"
