@@ -31,6 +31,14 @@ ACTIVATIONS: dict[str, Callable[[Double], Double]] = {
 """Between layers, with torch's default parameters."""
 
 
+class Mirror(NamedTuple):
+    """The reflection of the input ``x`` is ``observation * x[order]``, that of the action ``u`` is ``action * u``."""
+
+    observation: Double
+    action: Double
+    order: NDArray[np.int64]
+
+
 class Scaling(NamedTuple):
     """Inputs are (x - mean) / deviation of observations x, within plus and minus clip, as of ``VecNormalize``."""
 
@@ -50,7 +58,7 @@ class Network(PolicyBase):
     Between them is tanh, or what ``policy.activation`` of the configuration names; with ``policy.squash`` tanh also
     bounds the output. With ``normalize.mean``, ``.deviation`` and ``.clip`` the inputs are scaled. With signs
     ``mirror.observation`` and ``mirror.action`` it is the mean of the network's output and of its reflected output for
-    the reflected observation.
+    the reflected observation, in which the input ``mirror.order[k]`` is in the place k.
 
     The action of a robot does not depend on the other robots of the batch, bit for bit: each robot is a product of its
     own. Products of the whole batch are summed in an order that depends on its size, contacts amplify the difference,
@@ -75,7 +83,7 @@ class Network(PolicyBase):
         self._num_envs = 0
         self._ranges: tuple[Conversion, Conversion] | None = None
         self.layers = _layers_of(path, self.arrays)
-        self.signs = _signs_of(path, self.arrays, self.layers)
+        self.mirror = _mirror_of(path, self.arrays, self.layers)
         self.scaling = _scaling_of(path, self.arrays, self.layers)
         settings = self.config.get("policy", {})
         self.activation, self.squash = str(settings.get("activation", "tanh")), settings.get("squash") is True
@@ -139,9 +147,9 @@ class Network(PolicyBase):
             seen = self.scaling(seen)
         activation = ACTIVATIONS[self.activation]
         action = outputs_alone(self.layers, seen, activation)
-        if self.signs is not None:
-            of_observation, of_action = self.signs
-            action = 0.5 * (action + of_action * outputs_alone(self.layers, of_observation * seen, activation))
+        if self.mirror is not None:
+            reflected = self.mirror.observation * seen[:, self.mirror.order]
+            action = 0.5 * (action + self.mirror.action * outputs_alone(self.layers, reflected, activation))
         if self.squash:
             action = np.tanh(action)
         acted = action.astype(np.float32)
@@ -174,15 +182,19 @@ def _layers_of(path: Path, arrays: files.Arrays) -> Layers:
     return layers
 
 
-def _signs_of(path: Path, arrays: files.Arrays, layers: Layers) -> tuple[Double, Double] | None:
-    """Signs of the reflected observation and action, if the policy is symmetric."""
+def _mirror_of(path: Path, arrays: files.Arrays, layers: Layers) -> Mirror | None:
+    """How observations and actions are reflected, if the policy is symmetric."""
     if not any(name.startswith("mirror.") for name in arrays):
         return None
     inputs, actions = layers[0][0].shape[0], layers[-1][0].shape[1]
-    return (
-        _array(path, arrays, "mirror.observation", (inputs,)),
-        _array(path, arrays, "mirror.action", (actions,)),
-    )
+    order = np.arange(inputs)
+    if "mirror.order" in arrays:
+        given = _array(path, arrays, "mirror.order", (inputs,))
+        if (np.sort(given) != order).any():
+            raise ValueError(f"{path}: mirror.order is no order of {inputs} inputs")
+        order = given.astype(np.int64)
+    observation = _array(path, arrays, "mirror.observation", (inputs,))
+    return Mirror(observation, _array(path, arrays, "mirror.action", (actions,)), order)
 
 
 def _scaling_of(path: Path, arrays: files.Arrays, layers: Layers) -> Scaling | None:

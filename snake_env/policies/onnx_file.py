@@ -160,10 +160,10 @@ def export(network: Network, path: Path) -> None:
         scaled = apply("Div", apply("Sub", seen, constant("mean", mean)), constant("deviation", deviation))
         seen = apply("Clip", scaled, constant("low", -clip[0]), constant("high", clip[0]))
     action = outputs(seen)
-    if network.signs is not None:
-        of_observation, of_action = network.signs
-        reflected = outputs(apply("Mul", seen, constant("observation_signs", of_observation)))
-        both = apply("Add", action, apply("Mul", reflected, constant("action_signs", of_action)))
+    if network.mirror is not None:
+        ordered = apply("Gather", seen, constant("order", network.mirror.order, np.int64), axis=1)
+        reflected = outputs(apply("Mul", ordered, constant("observation_signs", network.mirror.observation)))
+        both = apply("Add", action, apply("Mul", reflected, constant("action_signs", network.mirror.action)))
         action = apply("Mul", both, constant("half", 0.5))
     apply("Tanh" if network.squash else "Identity", action, to="action")
     graph = build.make_graph(nodes, network.name, [tensor("observation", size), *taken], given, constants)

@@ -155,6 +155,7 @@ def tensors(**changes):
         ({"mirror_observation": np.ones(3)}, r"mirror\.observation has the shape \(3,\), expected \(4\)"),
         ({"mirror_observation": None}, r"mirror\.observation is missing"),
         ({"mirror_action": None}, r"mirror\.action is missing"),
+        ({"mirror_order": np.array([0, 1, 1, 3])}, r"mirror\.order is no order of 4 inputs"),
     ],
 )
 def test_a_file_without_a_whole_network_is_refused_by_tensor(tmp_path, changes, message):

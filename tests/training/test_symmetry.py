@@ -11,7 +11,7 @@ import torch
 
 from snake_env import ConfigError, Robot
 from snake_env.evaluation import rollout, seeds
-from snake_env.policies import GaitParameters, Network, files
+from snake_env.policies import GaitParameters, Network, files, memory
 from training import config
 from training.learners import agent
 from training.policies import symmetry
@@ -48,10 +48,41 @@ def test_half_a_period_of_a_steady_wave_is_a_reflection():
     np.testing.assert_allclose(seen[-1][steady], seen[-1 - half][steady] * signs, atol=0.03)
 
 
-def test_rays_that_trade_places_are_refused():
-    env = rollout.make_env("SnakeField-v1", 1, 1, observation_blocks=["joint_angle", "touch_side", "range"])
-    with pytest.raises(ConfigError, match="without the block range"):
-        symmetry.Reflection.of(env.unwrapped.layout)
+RAYS = {"observation_blocks": ["joint_angle", "touch_side", "range"]}
+
+
+def test_rays_trade_places():
+    """In a corridor and the mirrored one a robot has the same distances to the other sides."""
+    env = rollout.make_env("SnakeField-v1", 1, 1, start_jitter=0.0, **RAYS)
+    mirror = symmetry.Reflection.of(env.unwrapped.layout)
+    rays = env.unwrapped.layout["observation"][2]
+    assert rays["name"] == "range"
+    own, other = (mirror.observed(np.arange(len(mirror.order)))[k] for k in (rays["start"], rays["start"] + 4))
+    assert (own, other) == (rays["start"] + rays["size"] - 1, rays["start"] + 4), "the middle one stays"
+    assert mirror.observed(np.ones(len(mirror.order)))[rays["start"]] == 1.0
+
+
+def test_a_policy_with_rays_treats_left_and_right_alike_in_every_file(tmp_path):
+    policy = config.PpoNetworks(hidden=(16,), symmetric=True, memory=(0.5,), senses=("touch_side", "range"))
+    settings = config.PpoConfig(env=RAYS, policy=policy)
+    mirror = agent.reflection_of(settings)
+    learned = agent.make_agent(settings, len(mirror.order), len(mirror.action))
+    torch.nn.init.normal_(learned.actor[1].network[-1].weight)
+    seen = np.random.default_rng(0).uniform(-1.0, 1.0, (7, len(mirror.order))).astype(np.float32)
+    action = learned.actor(torch.from_numpy(seen))
+    turned = learned.actor(torch.from_numpy(mirror.observed(seen)))
+    torch.testing.assert_close(turned, action * torch.from_numpy(mirror.action))
+    assert not np.array_equal(mirror.order, np.arange(len(mirror.order)))
+    file = tmp_path / "rays.safetensors"
+    files.write(file, learned.arrays(), settings.model_dump(mode="json") | {"env": settings.acting_env})
+    player = Network(file)
+    rollout_env = rollout.make_env(settings.env_id, 7, 1, **player.env_options)
+    player.begin(rollout_env.unwrapped.layout, 7)
+    observation, _ = rollout_env.reset(seed=0)
+    played = player(observation)
+    traced = np.concatenate([observation, observation[:, memory.remembered(rollout_env.unwrapped.layout)]], axis=1)
+    own = learned.actor[1](torch.from_numpy(traced))
+    np.testing.assert_allclose(played, own.detach().numpy(), atol=1e-5)
 
 
 HINGES = ("yaw", (-1.0, 0.0, 0.0)) * 5

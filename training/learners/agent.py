@@ -43,10 +43,9 @@ class Agent(nn.Module):
         self.critic: nn.Module = network(observations, policy, 1, last_gain=1.0)
         self._reflection = reflection
         if reflection is not None:
-            signs = reflection.observation if sensed is None else reflection.observation[sensed]
-            self._reflection = Reflection(signs, reflection.action)
-            self.actor = SymmetricNetwork(self.actor, signs, reflection.action)
-            self.critic = SymmetricNetwork(self.critic, reflection.observation, np.ones(1, np.float32))
+            self._reflection = reflection if sensed is None else reflection.part(sensed)
+            self.actor = SymmetricNetwork(self.actor, self._reflection, reflection.action)
+            self.critic = SymmetricNetwork(self.critic, reflection, np.ones(1, np.float32))
         if sensed is not None:
             self.actor = nn.Sequential(Sensed(sensed), self.actor)
         self.log_std = nn.Parameter(torch.full((actions,), policy.log_std))
@@ -121,13 +120,16 @@ class Sensed(nn.Module):
 
 
 def reflection_of(config: PpoConfig) -> Reflection | None:
-    """Signs of what the networks of a run see and do, memory included; None if the run does not use symmetry."""
+    """Of what the networks of a run see and do, memory included; None if the run does not use symmetry."""
     if not config.policy.symmetric:
         return None
     layout = layout_of(config.env_id, config.env)
-    signs = Reflection.of(layout)
-    remembered = np.tile(signs.observation[memory.remembered(layout)], len(config.policy.memory))
-    return Reflection(np.concatenate([signs.observation, remembered]), signs.action)
+    seen, kept = Reflection.of(layout), memory.remembered(layout)
+    traced = seen.part(kept)
+    times, sizes = len(config.policy.memory), len(seen.order)
+    orders = [sizes + time * len(kept) + traced.order for time in range(times)]
+    signs = np.concatenate([seen.observation, np.tile(traced.observation, times)])
+    return Reflection(signs, seen.action, np.concatenate([seen.order, *orders]))
 
 
 def network(inputs: int, policy: PpoNetworks, outputs: int, last_gain: float) -> nn.Sequential:

@@ -88,11 +88,14 @@ class Networks:
 
     def act(self, layers: Layers, observation: NDArray[np.float32]) -> NDArray[np.float32]:
         """Actions (c n, a) of c networks, each for n of the observations (c n, o)."""
-        seen = observation[:, self._sensed].astype(np.float64).reshape(len(layers[0][0]), -1, len(self._sensed))
-        action = outputs(layers, seen)
+
+        def answer(observation: NDArray[np.float32]) -> Array:
+            seen = observation[:, self._sensed].astype(np.float64).reshape(len(layers[0][0]), -1, len(self._sensed))
+            return outputs(layers, seen)
+
+        action = answer(observation)
         if self._reflection is not None:
-            reflected = outputs(layers, self._reflection.observation[self._sensed] * seen)
-            action = 0.5 * (action + self._reflection.action * reflected)
+            action = 0.5 * (action + self._reflection.action * answer(self._reflection.observed(observation)))
         return action.reshape(len(observation), -1).astype(np.float32)
 
     def arrays(self, vector: Array) -> files.Arrays:

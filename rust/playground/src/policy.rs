@@ -57,6 +57,9 @@ impl Policy {
         }
         let has_mirror = file.names().contains(&"mirror.action");
         let mirror = has_mirror.then(|| Ok::<_, String>((vector("mirror.observation")?, vector("mirror.action")?)));
+        if file.names().contains(&"mirror.order") {
+            return Err("mirror.order: expected observations whose elements keep their places in the mirror".into());
+        }
         Ok(Self { layers, mirror: mirror.transpose()?, config, traces: Vec::new() })
     }
 
