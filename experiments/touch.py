@@ -118,13 +118,14 @@ def scores(entries: dict[str, Submission]) -> str:
     rows = []
     for track, entry in entries.items():
         cells = [_interval(leaderboard.values(entry, task, "success")) for task in tasks]
-        speed, free = (_interval(leaderboard.values(entry, TASK, key)) for key in ("speed", "contact_free"))
+        speed = _interval(leaderboard.values(entry, TASK, "speed"), np.inf)
+        free = _interval(leaderboard.values(entry, TASK, "contact_free"))
         rows.append([track, str(len(entry.runs)), *cells, speed, free])
     return table(["track", "runs", *tasks, "speed [m/s]", "contact-free"], rows)
 
 
-def _interval(values: Sequence[float]) -> str:
-    found = student_interval(values)
+def _interval(values: Sequence[float], most: float = 1.0) -> str:
+    found = student_interval(values, least=0.0, most=most)
     return f"{found.value:.3f} [{found.low:.3f}, {found.high:.3f}]" if len(values) > 1 else f"{found.value:.3f}"
 
 

@@ -82,13 +82,19 @@ def paired_difference(values: Any, reference: Any) -> Estimate:
     return mean_interval(np.asarray(values, np.float64) - np.asarray(reference, np.float64))
 
 
-def student_interval(values: Sequence[float]) -> Estimate:
-    """Mean over a few runs with Student's interval, which is not a number for fewer than two."""
+def student_interval(values: Sequence[float], least: float = -np.inf, most: float = np.inf) -> Estimate:
+    """Mean over a few runs with Student's interval, which is not a number for fewer than two.
+
+    Args:
+        values: of the runs.
+        least: that a mean can be; the interval ends there.
+        most: likewise.
+    """
     if len(values) < 2:
         return Estimate(float(np.mean(values)), np.nan, np.nan)
     mean, error = float(np.mean(values)), float(stats.sem(values))
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, len(values) - 1)) * error
-    return Estimate(mean, mean - half, mean + half)
+    return Estimate(mean, max(mean - half, least), min(mean + half, most))
 
 
 def interquartile_mean(*tasks: Any) -> Estimate:

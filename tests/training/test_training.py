@@ -419,6 +419,8 @@ def test_student_interval_of_three_values():
     """Values 1, 2 and 3: mean 2, standard error 1 / sqrt 3, and 4.303 of these to either side."""
     assert statistics.student_interval([1.0, 2.0, 3.0]) == pytest.approx((2.0, -0.484, 4.484), abs=1e-3)
     assert np.isnan(statistics.student_interval([1.0]).low)
+    rates = statistics.student_interval([1.0, 1.0, 0.9], least=0.0, most=1.0)
+    assert (rates.high, rates.low < 0.9) == (1.0, True), "no rate of success is above one"
 
 
 def test_aggregates_are_those_of_rliable():

@@ -132,7 +132,7 @@ def of_class(group: dict[str, Submission], known: list[str]) -> str:
         steps = [run.steps for run in one.runs]
         shown = "-" if None in steps else f"{max(step or 0 for step in steps) / 1e6:.1f}"
         cells = [
-            over_runs(student_interval(values(one, task, "success")), one) if task in one.tasks else "-"
+            over_runs(student_interval(values(one, task, "success"), 0.0, 1.0), one) if task in one.tasks else "-"
             for task in columns
         ]
         cells += [mean_over_tasks(one, columns, key) for key in MOVEMENT]
