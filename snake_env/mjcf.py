@@ -17,13 +17,16 @@ from snake_env.config.motor import Motor
 from snake_env.config.robot import LOCK_STIFFNESS, per_axis, per_link
 from snake_env.errors import ConfigError
 from snake_env.obstacles import (
+    Box,
     Circle,
     Cylinder,
     HeightField,
+    Movable,
     Obstacle,
     Polyhedron,
     Segment,
     Vertical,
+    centre,
     ground_friction,
     is_movable,
     outlines,
@@ -101,7 +104,7 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
     lying: list[float] = []
     for j, obstacle in enumerate(scene.obstacles, start=1):
         if is_movable(obstacle):
-            lying += _add_disc(root, obstacle, j, robot, step)
+            lying += _add_movable(root, assets, obstacle, j, robot, step)
     actuators, references = _add(root, "actuator"), []
     servos = _servos(controller, robot)
     for (joint, axis), angle, servo in zip(robot.joint_axes, angles, servos, strict=True):
@@ -219,30 +222,40 @@ def _add_obstacle(
     _add_hull(world, assets, np.array([(*corner, z) for z in between for corner in corners]), name, contact)
 
 
-def _add_disc(root: Element, disc: Circle, j: int, robot: Robot, step: float) -> tuple[float, ...]:
-    """A cylinder as high as the links, which touches them and obstacles without friction. Returns its position.
+def _add_movable(
+    root: Element, assets: Element, obstacle: Movable, j: int, robot: Robot, step: float
+) -> tuple[float, ...]:
+    """A body as high as the links, which touches them and obstacles without friction. Returns its position.
 
     It is free, or on two slides with springs; their stops are those of a square instead of a disc.
     """
     world, name = root.find("worldbody"), f"obstacle_{j}"
     assert world is not None
-    half, mu = float(per_link(robot.radius, robot.links).max()), ground_friction(disc)
-    body = _add(world, "body", name=name, pos=(disc.x, disc.y, half))
-    if disc.stiffness is None:
+    half, mu = float(per_link(robot.radius, robot.links).max()), ground_friction(obstacle)
+    place = (*centre(obstacle).tolist(), half)
+    turn = 0.5 * obstacle.angle if isinstance(obstacle, Box) else 0.0
+    body = _add(world, "body", name=name, pos=place, quat=(math.cos(turn), 0.0, 0.0, math.sin(turn)))
+    if not isinstance(obstacle, Circle) or obstacle.stiffness is None:
         _add(body, "freejoint", name=name)
-        at: tuple[float, ...] = (disc.x, disc.y, half, 1.0, 0.0, 0.0, 0.0)
+        at: tuple[float, ...] = (*place, math.cos(turn), 0.0, 0.0, math.sin(turn))
     else:
-        held: dict[str, Any] = {"stiffness": disc.stiffness, "damping": disc.damping or 0.0}
-        if disc.travel is not None:
-            held |= {"range": (-disc.travel, disc.travel), "limited": "true", "solreflimit": _solref(step)}
+        held: dict[str, Any] = {"stiffness": obstacle.stiffness, "damping": obstacle.damping or 0.0}
+        if obstacle.travel is not None:
+            held |= {"range": (-obstacle.travel, obstacle.travel), "limited": "true", "solreflimit": _solref(step)}
         for axis, direction in (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0))):
             _add(body, "joint", name=f"{name}_{axis}", type="slide", axis=direction, **held)
         at = (0.0, 0.0)
         if mu:
             _add(body, "joint", name=f"{name}_z", type="slide", axis=(0.0, 0.0, 1.0))
             at = (0.0, 0.0, 0.0)
-    contact = {**_solid(step), "conaffinity": SOLID, "condim": 1, "mass": disc.mass}
-    _add(body, "geom", name=name, type="cylinder", size=(disc.radius, half), **contact)
+    contact = {**_solid(step), "conaffinity": SOLID, "condim": 1, "mass": obstacle.mass}
+    if isinstance(obstacle, Circle):
+        _add(body, "geom", name=name, type="cylinder", size=(obstacle.radius, half), **contact)
+    elif isinstance(obstacle, Box):
+        _add(body, "geom", name=name, type="box", size=(*(0.5 * np.array(obstacle.size)).tolist(), half), **contact)
+    else:
+        corners = outlines([obstacle])[0] - centre(obstacle)
+        _add_hull(body, assets, np.array([(*corner, z) for z in (-half, half) for corner in corners]), name, contact)
     contacts = root.find("contact")
     contacts = _add(root, "contact") if contacts is None else contacts
     friction = (mu, mu, 0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Obstacles of a scene: pegs, discs that can be pushed, walls and convex bodies by their outlines, seen from above.
+"""Obstacles of a scene: pegs, walls and convex bodies by their outlines, seen from above, fixed or to be pushed.
 
 In the spatial model these are vertical bodies, without end or of a height, and there are others: uneven ground, convex
 polyhedra, poles and pipes. Lengths in m, angles in rad.
@@ -52,7 +52,8 @@ class Circle(_Body):
         mass: of a homogeneous disc, > 0; None: fixed. The planar model only [kg].
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
         ground_friction: Coulomb coefficient between the ground and the disc, which presses on it evenly. It resists
-            sliding with mu m g and spin with 2/3 R mu m g. None: 0.2, as of links, 0 with a spring. Only with a mass.
+            sliding with at most mu m g and spin with at most 2/3 R mu m g. None: 0.2, as of links, 0 with a spring.
+            Only with a mass.
         stiffness: of a spring that holds the disc at x and y in either direction, >= 0; None: no spring. Only with a
             mass [N/m].
         damping: of a damper beside the spring, >= 0; None: 0. Only with a stiffness [N s/m].
@@ -86,7 +87,7 @@ class Segment(_Body):
         start: one end (x, y) [m].
         end: the other end (x, y) [m].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: None; only circles can be pushed.
+        mass: None; only circles, boxes and polygons can be pushed.
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
@@ -113,8 +114,10 @@ class Box(_Body):
         y: centre [m].
         angle: of the first side, from the x axis [rad].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: None; only circles can be pushed.
+        mass: of a homogeneous box that can be pushed, > 0; None: fixed. The planar model only [kg].
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
+        ground_friction: as of a :class:`Circle`. It resists sliding and spin together, see docs/method.md. Only with a
+            mass.
     """
 
     size: Point
@@ -124,6 +127,7 @@ class Box(_Body):
     friction: float = 0.0
     mass: float | None = None
     height: float | None = None
+    ground_friction: float | None = None
     shape: str = field(default="box", init=False, repr=False)
 
     def moved(self, dx: float, dy: float) -> Box:
@@ -140,14 +144,17 @@ class Polygon(_Body):
         vertices: three or more corners (x, y) in order, either way round [m]. Vertices that repeat their neighbour,
             close the ring or lie on a straight edge within round-off, a billionth of the polygon, are left out.
         friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: None; only circles can be pushed.
+        mass: of a homogeneous polygon that can be pushed, > 0; None: fixed. The planar model only [kg].
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
+        ground_friction: as of a :class:`Circle`. It resists sliding and spin together, see docs/method.md. Only with a
+            mass.
     """
 
     vertices: Sequence[Point]
     friction: float = 0.0
     mass: float | None = None
     height: float | None = None
+    ground_friction: float | None = None
     shape: str = field(default="polygon", init=False, repr=False)
 
     def moved(self, dx: float, dy: float) -> Polygon:
@@ -169,7 +176,7 @@ class HeightField(_Body):
         friction: Coulomb coefficient of all faces, or an array (k - 1, l - 1) of one for each cell, >= 0. None: links
             have the scene's coefficients along and across them, on level faces with all else the ground's friction has,
             such as rolling friction.
-        mass: None; only circles can be pushed.
+        mass: None; only circles, boxes and polygons can be pushed.
     """
 
     height: Sequence[Sequence[float]]
@@ -192,7 +199,7 @@ class Polyhedron(_Body):
     Args:
         vertices: 4 to 64 points (x, y, z) that do not lie in one plane; the body is their convex hull [m].
         friction: Coulomb coefficient between links and the body, >= 0.
-        mass: None; only circles can be pushed.
+        mass: None; only circles, boxes and polygons can be pushed.
     """
 
     vertices: Sequence[Point3]
@@ -216,7 +223,7 @@ class Cylinder(_Body):
         inside: False: a solid pole with flat ends. True: a pipe, a wall without thickness that links touch on both
             sides, and open ends with rims.
         friction: Coulomb coefficient between links and the cylinder, >= 0.
-        mass: None; only circles can be pushed.
+        mass: None; only circles, boxes and polygons can be pushed.
     """
 
     start: Point3
@@ -234,6 +241,7 @@ class Cylinder(_Body):
 
 
 Vertical = Circle | Segment | Box | Polygon
+Movable = Circle | Box | Polygon
 Obstacle = Vertical | HeightField | Polyhedron | Cylinder
 
 _SHAPES: dict[str, type[Obstacle]] = {
@@ -253,29 +261,49 @@ def circles(obstacles: Sequence[Any]) -> list[tuple[float, float, float]]:
     return [tuple(one) for one in triples if not isinstance(one, Obstacle)]
 
 
-def is_movable(obstacle: Any) -> TypeGuard[Circle]:
+def is_movable(obstacle: Any) -> TypeGuard[Movable]:
     """Whether it can be pushed."""
     return getattr(obstacle, "mass", None) is not None
 
 
-def ground_friction(disc: Circle) -> float:
-    """Coulomb coefficient between a disc that can be pushed and the ground."""
-    of_ground = GROUND_FRICTION if disc.stiffness is None else 0.0
-    return of_ground if disc.ground_friction is None else disc.ground_friction
+def ground_friction(obstacle: Movable) -> float:
+    """Coulomb coefficient between an obstacle that can be pushed and the ground."""
+    is_held = isinstance(obstacle, Circle) and obstacle.stiffness is not None
+    of_ground = 0.0 if is_held else GROUND_FRICTION
+    return of_ground if obstacle.ground_friction is None else obstacle.ground_friction
 
 
-def placed(obstacles: Sequence[Any], position: NDArray[np.float64]) -> list[Any]:
-    """The same obstacles with the k that can be pushed at (k, 2) [m]."""
-    centres = iter(position.tolist())
-    at = [next(centres) if is_movable(one) else None for one in obstacles]
-    pairs = zip(obstacles, at, strict=True)
-    return [one if there is None else dataclasses.replace(one, x=there[0], y=there[1]) for one, there in pairs]
+def centre(obstacle: Movable) -> NDArray[np.float64]:
+    """(x, y) of its centroid [m]."""
+    if not isinstance(obstacle, Polygon):
+        return np.array([obstacle.x, obstacle.y])
+    first, *others = np.array(obstacle.vertices, np.float64)
+    arms = np.array(others) - first
+    doubled = arms[:-1, 0] * arms[1:, 1] - arms[:-1, 1] * arms[1:, 0]
+    return np.asarray(first + doubled @ (arms[:-1] + arms[1:]) / (3.0 * doubled.sum()))
+
+
+def placed(obstacles: Sequence[Any], position: Any, angle: Any = None) -> list[Any]:
+    """The same obstacles with the k that can be pushed at (k, 2) [m], turned by (k,) [rad] from where they are."""
+    turns = np.zeros(len(position)) if angle is None else angle
+    places = zip(np.asarray(position).tolist(), np.asarray(turns).tolist(), strict=True)
+    return [_turned(one, *next(places)) if is_movable(one) else one for one in obstacles]
+
+
+def _turned(obstacle: Movable, place: Sequence[float], turn: float) -> Movable:
+    if isinstance(obstacle, Circle):
+        return dataclasses.replace(obstacle, x=place[0], y=place[1])
+    if isinstance(obstacle, Box):
+        return dataclasses.replace(obstacle, x=place[0], y=place[1], angle=obstacle.angle + turn)
+    arms = np.array(obstacle.vertices, np.float64) - centre(obstacle)
+    sin, cos = np.sin(turn), np.cos(turn)
+    return dataclasses.replace(obstacle, vertices=(arms @ [[cos, sin], [-sin, cos]] + place).tolist())
 
 
 def springs(obstacles: Sequence[Any], position: NDArray[np.float64]) -> NDArray[np.float64]:
     """Where springs hold discs, and where these are (s, 2, 2) [m]; the k that can be pushed are at (k, 2)."""
-    movable = filter(is_movable, obstacles)
-    ends = [[(one.x, one.y), at] for one, at in zip(movable, position, strict=True) if one.stiffness is not None]
+    movable = zip(filter(is_movable, obstacles), position, strict=True)
+    ends = [[(one.x, one.y), at] for one, at in movable if isinstance(one, Circle) and one.stiffness is not None]
     return np.array(ends, np.float64).reshape(-1, 2, 2)
 
 

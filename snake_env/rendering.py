@@ -255,7 +255,7 @@ class TopView:
         """Picture as a surface."""
         trail.follow(state)
         held = springs(scene.obstacles, state.obstacle_position)
-        scene = scene.with_obstacles_at(state.obstacle_position)
+        scene = scene.with_obstacles_at(state.obstacle_position, state.obstacle_angle)
         self._camera.aim(state, scene, trail)
         self._surface.fill(GROUND)
         if self._picture.shows("obstacles"):

@@ -55,6 +55,7 @@ class State:
         obstacles: (n, k, 3) radius and centre (radius, x, y) of the fixed pegs, NaN where a robot has fewer than k [m].
         obstacle_position: (n, q, 2) centres of the obstacles that can be pushed [m], in the order of
             ``scene(i).obstacles``, which has where they were at first. NaN where a robot has fewer than q.
+        obstacle_angle: (n, q) by how much they have turned since then, likewise [rad].
         obstacle_force: (n, m, 2|3) force of each obstacle on the robot, likewise, in the order of
             ``scene(i).obstacles`` [N]. NaN where a robot has fewer than m.
         path: (n, p, 2) corners of the path to follow, NaN where a robot's has fewer than p [m].
@@ -83,6 +84,7 @@ class State:
     self_contact_force: Array
     obstacles: Array
     obstacle_position: Array
+    obstacle_angle: Array
     obstacle_force: Array
     path: Array
     link_half_length: Array
@@ -101,7 +103,8 @@ class State:
         """The state of robot ``i``, without the first axis."""
         rows = {name: value[i] for name, value in self.arrays().items() if name not in CONSTANT}
         for name in RAGGED:
-            rows[name] = np.ascontiguousarray(rows[name][np.isfinite(rows[name]).all(axis=1)])
+            has = np.isfinite(rows[name]).all(axis=tuple(range(1, rows[name].ndim)))
+            rows[name] = np.ascontiguousarray(rows[name][has])
         return replace(self, **rows, info={name: value[i] for name, value in self.info.items()})
 
     def arrays(self) -> dict[str, Array]:
@@ -147,7 +150,7 @@ def back(quaternion: Array) -> Array:
 
 CONSTANT = ("link_half_length", "link_radius", "link_cg_offset")
 """What all robots of a batch share."""
-RAGGED = ("obstacles", "obstacle_position", "obstacle_force", "path")
+RAGGED = ("obstacles", "obstacle_position", "obstacle_angle", "obstacle_force", "path")
 """Tables whose lengths differ between robots, filled up with NaN in a batch."""
 
 

@@ -192,9 +192,12 @@ class Scene(Section):
             raise ConfigError("scene", repr(fields), "a mapping of field names to values")
         return cls.of(fields)
 
-    def with_obstacles_at(self, position: Any) -> Scene:
-        """The scene with the k obstacles that can be pushed at (k, 2) [m], as a state or a sample of a run has them."""
-        return dataclasses.replace(self, obstacles=placed(self.obstacles, position)) if len(position) else self
+    def with_obstacles_at(self, position: Any, angle: Any = None) -> Scene:
+        """The scene with the k obstacles that can be pushed at (k, 2) [m], turned by (k,) [rad] from where they are.
+
+        ``obstacle_position`` and ``obstacle_angle`` of a state or of a sample of a run are these numbers.
+        """
+        return dataclasses.replace(self, obstacles=placed(self.obstacles, position, angle)) if len(position) else self
 
     def _index(self, j: int) -> int:
         return _checks.integer("obstacle", j, 1, len(self.obstacles)) - 1

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from snake_env._extras import extras
-from snake_env.obstacles import circles, heights, outlines, placed, springs
+from snake_env.obstacles import Box, Polygon, Segment, centre, circles, heights, is_movable, outlines, placed, springs
 from snake_env.palette import (
     BODY,
     EARTH,
@@ -66,6 +67,8 @@ class Drawing:
         self.solids: list[Any] = []
         """Handles of obstacles and links, which can be clicked."""
         self._pegs: Any = None
+        self._moving: list[tuple[int, Any]] = []
+        """Polygons that can be pushed: which of the obstacles that can be, and the handle."""
         self._springs: Any = None
         self._light()
         self._ground(frames)
@@ -114,12 +117,20 @@ class Drawing:
         for k, patch in enumerate(frames.scene.patches):
             # The later ones, which count, over the others.
             flat = _prism(np.array(patch.vertices), 0.25 * RISE * (1.0 + k / len(frames.scene.patches)))
-            look: dict[str, Any] = {"color": tint(patch.factor), "cast_shadow": False}
-            self._scene.add_mesh_simple(f"/patches/{k}", flat.vertices, flat.faces, **look)
-        for k, (corners, one) in enumerate(zip(outlines(frames.scene.obstacles), others, strict=True)):
-            wall = _prism(corners, PEG_HEIGHT if one is None else one)
-            made = self._scene.add_mesh_simple(f"/walls/{k}", wall.vertices, wall.faces, color=PEG, side="double")
+            flat_look: dict[str, Any] = {"color": tint(patch.factor), "cast_shadow": False}
+            self._scene.add_mesh_simple(f"/patches/{k}", flat.vertices, flat.faces, **flat_look)
+        before = accumulate(map(is_movable, frames.scene.obstacles), initial=0)
+        numbered = zip(frames.scene.obstacles, before, strict=False)
+        walls = [(one, j) for one, j in numbered if isinstance(one, Segment | Box | Polygon)]
+        for k, ((one, j), top) in enumerate(zip(walls, others, strict=True)):
+            (corners,) = outlines([one])
+            middle = centre(one) if is_movable(one) else np.zeros(2)
+            wall = _prism(corners - middle, PEG_HEIGHT if top is None else top)
+            look: dict[str, Any] = {"color": PEG, "side": "double", "position": (*middle, 0.0)}
+            made = self._scene.add_mesh_simple(f"/walls/{k}", wall.vertices, wall.faces, **look)
             self.solids.append(made)
+            if is_movable(one):
+                self._moving.append((j, made))
         self._hold(frames)
         self._surfaces("/fields", fields(frames.scene.obstacles), EARTH)
         self._surfaces("/bodies", bodies(frames.scene.obstacles), PEG)
@@ -196,9 +207,13 @@ class Drawing:
 
     def show(self, frames: Frames, k: int) -> None:
         """Moves links and force arrows to frame ``k``."""
-        if frames.obstacle_position.shape[1]:
+        if self._pegs is not None and frames.obstacle_position.shape[1]:
             discs = np.array(circles(placed(frames.scene.obstacles, frames.obstacle_position[k])))
             self._pegs.batched_positions = np.c_[discs[:, 1:], self._pegs.batched_positions[:, 2]]
+        for j, handle in self._moving:
+            half = 0.5 * frames.obstacle_angle[k, j]
+            handle.position = (*frames.obstacle_position[k, j], 0.0)
+            handle.wxyz = (np.cos(half), 0.0, 0.0, np.sin(half))
         if self._springs is not None:
             self._springs.points = springs_in(frames, k)
         for rows, handle in self._shapes:

@@ -35,6 +35,7 @@ class Frames:
         radius: (L,) of a link [m].
         scene: obstacles and ground.
         obstacle_position: (T, k, 2) of the obstacles that can be pushed [m].
+        obstacle_angle: (T, k) by how much they have turned [rad].
         goal: x, y of its centre [m]; None without a goal.
         goal_radius: of the goal disc [m].
         back: (3,) unit vector from the centre line of a link to its back, in its frame.
@@ -50,6 +51,7 @@ class Frames:
     radius: Array
     scene: Scene = field(default_factory=Scene)
     obstacle_position: Array = field(default_factory=lambda: NOTHING)
+    obstacle_angle: Array = field(default_factory=lambda: NOTHING[..., 0])
     goal: Array | None = None
     goal_radius: float = 0.0
     back: tuple[float, float, float] = (0.0, 1.0, 0.0)
@@ -71,6 +73,7 @@ class Frames:
             radius,
             trajectory.scene,
             NOTHING if trajectory.obstacle_position is None else trajectory.obstacle_position,
+            NOTHING[..., 0] if trajectory.obstacle_angle is None else trajectory.obstacle_angle,
             back=BACK[trajectory.quaternion is not None],
         )
 
@@ -95,6 +98,7 @@ class Frames:
             first.link_radius,
             scene,
             stack["obstacle_position"],
+            stack["obstacle_angle"],
             np.asarray(first.goal, float),
             float(first.goal_radius),
             BACK[three],
@@ -102,7 +106,7 @@ class Frames:
 
     def every(self, step: int) -> Frames:
         """Each ``step``-th pose."""
-        moving = ("time", "position", "quaternion", "force", "joint_angle", "joint_torque", "obstacle_position")
+        moving = ("time", "position", "quaternion", "force", *SHOWN[3:])
         return replace(self, **{name: getattr(self, name)[::step] for name in moving})
 
     def __len__(self) -> int:
@@ -111,7 +115,15 @@ class Frames:
 
 BACK = {False: (-1.0, 0.0, 0.0), True: (0.0, 1.0, 0.0)}
 """In the frames of links in the plane and in 3D, where it is the axis of yaw."""
-SHOWN = ("time", "link_position", "contact_force", "joint_angle", "joint_torque", "obstacle_position")
+SHOWN = (
+    "time",
+    "link_position",
+    "contact_force",
+    "joint_angle",
+    "joint_torque",
+    "obstacle_position",
+    "obstacle_angle",
+)
 
 
 def _flat(joints: Array) -> Array:

@@ -299,8 +299,10 @@ fn read_state<'py, M: RobotModel>(py: Python<'py>, batch: &Rows<M>, rows: &[usiz
     let environments = || rows.iter().map(|row| batch.environment(*row));
     let pegs = environments().map(|one| one.pegs().iter().map(|peg| [peg.radius, peg.x, peg.y]).collect());
     set_ragged::<3>(&dict, "obstacles", &pegs.collect::<Vec<_>>())?;
-    let moved = environments().map(|one| one.movables().map(|peg| [peg.x, peg.y]).collect());
+    let moved = environments().map(|one| one.movables().map(|one| one.pose.xy().into()).collect());
     set_ragged::<2>(&dict, "obstacle_position", &moved.collect::<Vec<_>>())?;
+    let turned = environments().map(|one| one.movables().map(|one| [one.pose.z]).collect());
+    set_ragged::<1>(&dict, "obstacle_angle", &turned.collect::<Vec<_>>())?;
     let forces: Vec<_> = environments().map(Environment::obstacle_force).collect();
     match M::KIND {
         ModelKind::Spatial => set_ragged(&dict, "obstacle_force", &forces)?,
@@ -339,7 +341,8 @@ fn set_ragged<const N: usize>(dict: &Bound<'_, PyDict>, name: &str, tables: &[Ve
         let missing = longest - table.len();
         table.iter().copied().chain(std::iter::repeat_n([f64::NAN; N], missing))
     });
-    set_array(dict, name, rows.flatten().collect(), &[tables.len(), longest, N])
+    let shape = [tables.len(), longest, N];
+    set_array(dict, name, rows.flatten().collect(), if N == 1 { &shape[..2] } else { &shape })
 }
 
 fn bad_state(error: &postcard::Error) -> CoreError {

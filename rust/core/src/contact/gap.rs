@@ -2,8 +2,11 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::obstacles::{CentreLine, ConvexPolygon, Movable, ObstacleGrid, Peg};
+use crate::obstacles::{CentreLine, ConvexPolygon, Movable, Node, ObstacleGrid, Peg};
 use crate::robot::Link;
+
+use super::link_pair::PlacedLink;
+use super::outline::{features_of_outline, outline_obstacle_contact};
 
 /// Gap and force direction of one link-obstacle pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,20 +15,23 @@ pub struct LinkContact {
     pub gap: f64,
     /// w_H with g_H' = w_H^T u_i for the link's twist u_i (T 3.16), (T 3.18).
     pub direction: Vector3<f64>,
-    /// Coordinate of the nearest point along the centre line, from the CG \[m\].
-    pub along: f64,
+    /// Moment about the CG of a unit impulse along the obstacle's surface, to the left of the normal, that acts on the
+    /// surface of the link \[m\].
+    pub lever: f64,
     /// Whether another contact of the pair covers this one.
     pub is_redundant: bool,
 }
 
 impl LinkContact {
-    /// Generalised direction of a unit impulse along the obstacle's surface, to the left of the normal, that acts on the
-    /// surface of the link, `radius` from its centre line; `cos` and `sin` are those of the link's angle.
-    pub fn tangent(&self, cos: f64, sin: f64, radius: f64) -> Vector3<f64> {
-        let normal = self.direction.xy();
-        let moment = self.along * normal.dot(&Vector2::new(cos, sin)) - radius;
-        Vector3::new(-normal.y, normal.x, moment)
+    /// Generalised direction of a unit impulse along the obstacle's surface, to the left of the normal.
+    pub fn tangent(&self) -> Vector3<f64> {
+        Vector3::new(-self.direction.y, self.direction.x, self.lever)
     }
+}
+
+/// Moment of a unit impulse across the normal, on the surface of a link at a coordinate along its centre line \[m\].
+fn lever(link: &Link, along: f64, normal: &Vector2<f64>, cos: f64, sin: f64) -> f64 {
+    along * normal.dot(&Vector2::new(cos, sin)) - link.radius
 }
 
 /// Gap g_H between `link` at `pose` = (x, y, theta) and `peg` \[m\].
@@ -45,12 +51,12 @@ pub fn link_obstacle_gap(
     pose: &Vector3<f64>,
     cos: f64,
     sin: f64,
-    link: &Link,
+    link: Node,
     obstacles: &ObstacleGrid,
     at: (usize, usize),
 ) -> f64 {
-    if let Some(peg) = obstacles.pegs().get(at.0) {
-        return link_peg_gap(pose, cos, sin, link, peg);
+    if let Some(peg) = obstacles.pegs().get(at.0).filter(|_| link.outline.is_none()) {
+        return link_peg_gap(pose, cos, sin, &link, peg);
     }
     let contact = link_obstacle_contact(pose, cos, sin, link, obstacles, at);
     if contact.is_redundant { f64::INFINITY } else { contact.gap }
@@ -72,7 +78,7 @@ pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, pe
     LinkContact {
         gap: distance - (peg.radius + link.radius),
         direction: Vector3::new(normal.x, normal.y, s * normal.dot(&lateral)),
-        along: s,
+        lever: lever(link, s, &normal, cos, sin),
         is_redundant: false,
     }
 }
@@ -92,7 +98,7 @@ fn link_wall_contact(
     LinkContact {
         gap: at.distance - link.radius,
         direction: Vector3::new(at.normal.x, at.normal.y, along * at.normal.dot(&lateral)),
-        along,
+        lever: lever(link, along, &at.normal, cos, sin),
         is_redundant: at.is_redundant,
     }
 }
@@ -104,9 +110,19 @@ fn stop_contact(pose: &Vector3<f64>, movable: &Movable) -> LinkContact {
     LinkContact {
         gap: movable.travel() - deflection.norm(),
         direction: Vector3::new(inward.x, inward.y, 0.0),
-        along: 0.0,
+        lever: -movable.link.radius,
         is_redundant: false,
     }
+}
+
+/// Gap between a link, or something that can be pushed, and the fixed obstacles in its reach \[m\]; infinite where there are
+/// none.
+pub fn obstacle_gap<'a>(pose: &Vector3<f64>, node: impl Into<Node<'a>>, obstacles: &ObstacleGrid) -> f64 {
+    let (node, (sin, cos)) = (node.into(), pose.z.sin_cos());
+    let walls = obstacles.walls().near(pose.xy(), node.reach()).map(|wall| obstacles.pegs().len() + wall);
+    let near = obstacles.near(pose.x, pose.y, node.reach()).chain(walls);
+    let features = near.flat_map(|obstacle| (0..features(&node, obstacles, obstacle)).map(move |k| (obstacle, k)));
+    features.map(|at| link_obstacle_gap(pose, cos, sin, node, obstacles, at)).fold(f64::INFINITY, f64::min)
 }
 
 /// Gap between `link` and the walls in its reach \[m\]; infinite where there are none.
@@ -122,20 +138,31 @@ fn centre_line(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link) -> CentreLi
     CentreLine { middle: pose.xy() + axis * link.cg_offset, half: axis * link.contact_half_length }
 }
 
-/// The contact of a link with an obstacle of a scene at one of the features that describe the pair; a peg has one.
+/// Number of features that describe a link, or something that can be pushed, and an obstacle or its stop.
+pub fn features(node: &Node, obstacles: &ObstacleGrid, obstacle: usize) -> usize {
+    node.outline
+        .map_or_else(|| obstacles.features(obstacle), |outline| features_of_outline(outline, obstacles, obstacle))
+}
+
+/// The contact of a link, or of something that can be pushed, with an obstacle of a scene at one of the features that describe
+/// the pair; a peg has one.
 #[inline]
 pub fn link_obstacle_contact(
     pose: &Vector3<f64>,
     cos: f64,
     sin: f64,
-    link: &Link,
+    link: Node,
     obstacles: &ObstacleGrid,
     (obstacle, feature): (usize, usize),
 ) -> LinkContact {
+    if let Some(outline) = link.outline {
+        let placed = PlacedLink { link, pose: *pose, axis: Vector2::new(cos, sin) };
+        return outline_obstacle_contact(&placed, outline, obstacles, (obstacle, feature));
+    }
     match (obstacles.pegs().get(obstacle), obstacles.stop(obstacle)) {
-        (Some(peg), _) => link_peg_contact(pose, cos, sin, link, peg),
+        (Some(peg), _) => link_peg_contact(pose, cos, sin, &link, peg),
         (None, Some(movable)) => stop_contact(pose, movable),
-        (None, None) => link_wall_contact(pose, cos, sin, link, obstacles.polygon(obstacle), feature),
+        (None, None) => link_wall_contact(pose, cos, sin, &link, obstacles.polygon(obstacle), feature),
     }
 }
 

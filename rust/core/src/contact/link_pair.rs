@@ -7,12 +7,14 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::robot::Link;
+use crate::obstacles::{CentreLine, Node};
 
-/// A link in the plane.
+use super::outline::{features_of_pair, outline_pair_contact};
+
+/// A link in the plane, or something that can be pushed.
 #[derive(Debug, Clone, Copy)]
 pub struct PlacedLink<'a> {
-    pub link: &'a Link,
+    pub link: Node<'a>,
     /// (x, y, theta) of the CG.
     pub pose: Vector3<f64>,
     /// e_x^B = (cos theta, sin theta).
@@ -49,9 +51,21 @@ pub fn link_pair_contacts<'a>(
     })
 }
 
-/// The contact of one end, numbered as in [`link_pair_contacts`].
+/// The contact of one end, numbered as in [`link_pair_contacts`]; with a polygon at one of the features of that pair, see
+/// [`super::outline`].
 pub fn link_pair_contact(links: [&PlacedLink; 2], end: usize) -> LinkPairContact {
-    contact_at(links, nearest_points(links, end))
+    outline_pair_contact(links, end).unwrap_or_else(|| contact_at(links, nearest_points(links, end)))
+}
+
+/// The contacts whose gap is below `margin` of a pair of which the second can be pushed, with their features: with a disc, a
+/// line without length, one of its ends.
+pub fn movable_contacts<'a>(
+    links: [&'a PlacedLink<'a>; 2],
+    margin: f64,
+) -> impl Iterator<Item = (usize, LinkPairContact)> + 'a {
+    let features = features_of_pair(links).unwrap_or(CENTRE..CENTRE + 1);
+    let contacts = features.map(move |feature| (feature, link_pair_contact(links, feature)));
+    contacts.filter(move |(_, contact)| contact.gap < margin)
 }
 
 /// Coordinates along both centre lines of an end of one and the nearest point of the other.
@@ -72,12 +86,16 @@ pub fn link_pair_gap(links: [&PlacedLink; 2]) -> f64 {
     if centre_lines_cross(links) {
         return -(links[0].link.radius + links[1].link.radius);
     }
-    (0..4).map(|end| link_pair_contact(links, end).gap).fold(f64::INFINITY, f64::min)
+    let features = features_of_pair(links).unwrap_or(0..4);
+    features.map(|end| link_pair_contact(links, end).gap).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether the centre lines cross: the distances do not measure how deep the links then overlap.
+/// Whether the centre lines of two links cross: the distances do not measure how deep the links then overlap.
 pub fn centre_lines_cross(links: [&PlacedLink; 2]) -> bool {
     let [first, second] = links;
+    if links.iter().any(|one| one.link.outline.is_some()) {
+        return false;
+    }
     let sides = |of: &PlacedLink, line: &PlacedLink| {
         of.link.sides().map(|s| (of.point(s) - line.pose.xy()).dot(&line.lateral()))
     };
@@ -105,9 +123,14 @@ fn contact_at(links: [&PlacedLink; 2], along: [f64; 2]) -> LinkPairContact {
 }
 
 impl<'a> PlacedLink<'a> {
-    pub fn new(link: &'a Link, pose: Vector3<f64>) -> Self {
+    pub fn new(link: impl Into<Node<'a>>, pose: Vector3<f64>) -> Self {
         let (sin, cos) = pose.z.sin_cos();
-        Self { link, pose, axis: Vector2::new(cos, sin) }
+        Self { link: link.into(), pose, axis: Vector2::new(cos, sin) }
+    }
+
+    pub(super) fn centre_line(&self) -> CentreLine {
+        let half = self.axis * self.link.contact_half_length;
+        CentreLine { middle: self.point(self.link.cg_offset), half }
     }
 
     /// Point of the centre line at the coordinate `s`.
@@ -131,6 +154,9 @@ impl<'a> PlacedLink<'a> {
         Vector3::new(normal.x, normal.y, s * normal.dot(&self.lateral()))
     }
 }
+
+/// The end of a disc.
+const CENTRE: usize = 2;
 
 /// Contacts that describe a pair of links.
 pub const LINK_PAIR_CONTACTS: usize = 4;

@@ -4,10 +4,9 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::math::Real;
-use crate::obstacles::ObstacleGrid;
-use crate::robot::Link;
+use crate::obstacles::{Node, ObstacleGrid};
 
-use super::{ContactId, KnownContact, Source, link_obstacle_contact, link_peg_contact};
+use super::{ContactId, KnownContact, Source, features, link_obstacle_contact, outline::features_of_outline};
 
 /// A link and an obstacle near contact, and what the last stage found there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -114,13 +113,18 @@ impl NearObstacles {
         (self.visited_margin, self.travelled, self.horizon) = (*visited_margin, *travelled, *horizon);
     }
 
-    /// Whether all pairs are of `links` links and discs that they can push, these obstacles, in order.
+    /// Whether all pairs are of `links` links and what they can push, these obstacles, in order.
     pub fn fits(&self, links: usize, obstacles: &ObstacleGrid) -> bool {
         let fits = |pair: &NearPair| {
-            let has_feature = pair.feature < obstacles.features(pair.obstacle);
+            let movable = pair.link.checked_sub(links - obstacles.movables().len());
+            let outline = movable.and_then(|k| obstacles.movables().get(k)?.outline.as_deref());
             let is_pair =
                 pair.obstacle < obstacles.len() || stop_of(pair.link, links, obstacles) == Some(pair.obstacle);
-            pair.link < links && is_pair && has_feature
+            let features = || match outline {
+                Some(outline) => features_of_outline(outline, obstacles, pair.obstacle),
+                None => obstacles.features(pair.obstacle),
+            };
+            pair.link < links && is_pair && pair.feature < features()
         };
         self.pairs.iter().all(fits) && self.pairs.is_sorted_by_key(|pair| pair.link)
     }
@@ -198,7 +202,7 @@ impl NearObstacles {
     pub fn rebuild<'a>(
         &mut self,
         poses: impl Iterator<Item = Vector3<f64>> + Clone,
-        links: impl IntoIterator<Item = &'a Link> + Clone,
+        links: impl IntoIterator<Item = impl Into<Node<'a>>> + Clone,
         obstacles: &ObstacleGrid,
         margin: f64,
         displacement: f64,
@@ -207,16 +211,17 @@ impl NearObstacles {
         self.clear();
         let nodes = links.clone().into_iter().count();
         for (i, (pose, link)) in poses.clone().zip(links.clone()).enumerate() {
+            let link: Node = link.into();
             let (sin, cos) = Real::sin_cos(pose.z);
             obstacles.near(pose.x, pose.y, link.reach() + margin + SKIN).for_each(|peg| {
-                let gap = link_peg_contact(&pose, cos, sin, link, &obstacles.pegs()[peg]).gap;
+                let gap = link_obstacle_contact(&pose, cos, sin, link, obstacles, (peg, 0)).gap;
                 if gap < margin + SKIN {
                     self.pairs.push(NearPair::open(i, (peg, 0), gap - displacement));
                 }
             });
             for wall in obstacles.walls().near(pose.xy(), link.reach() + margin + SKIN) {
                 let obstacle = obstacles.pegs().len() + wall;
-                for feature in 0..obstacles.features(obstacle) {
+                for feature in 0..features(&link, obstacles, obstacle) {
                     let at = (obstacle, feature);
                     let gap = link_obstacle_contact(&pose, cos, sin, link, obstacles, at).gap;
                     if gap < margin + SKIN {
@@ -258,12 +263,13 @@ fn stop_of(node: usize, nodes: usize, obstacles: &ObstacleGrid) -> Option<usize>
 /// obstacles lie outside a circle around the robot \[m\].
 pub fn clear_way<'a>(
     poses: impl Iterator<Item = Vector3<f64>> + Clone,
-    links: impl IntoIterator<Item = &'a Link> + Clone,
+    links: impl IntoIterator<Item = impl Into<Node<'a>>> + Clone,
     obstacles: &ObstacleGrid,
 ) -> f64 {
     let Some(middle) = poses.clone().nth(links.clone().into_iter().count() / 2) else { return 0.0 };
-    let farthest = |(pose, link): (Vector3<f64>, &Link)| (pose.xy() - middle.xy()).norm() + link.reach();
-    obstacles.clear_way(&middle.xy(), poses.zip(links).map(farthest).fold(0.0, f64::max))
+    let farthest = |(pose, link): (Vector3<f64>, Node)| (pose.xy() - middle.xy()).norm() + link.reach();
+    let nodes = links.into_iter().map(Into::into);
+    obstacles.clear_way(&middle.xy(), poses.zip(nodes).map(farthest).fold(0.0, f64::max))
 }
 
 /// A horizon that covers no pose.

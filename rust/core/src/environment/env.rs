@@ -9,7 +9,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, require, within};
-use crate::obstacles::Obstacle;
+use crate::obstacles::{Obstacle, PlacedMovable};
 use crate::planar::{PlanarState, PlanarSystem};
 use crate::robot::Robot;
 use crate::scene::Peg;
@@ -306,7 +306,7 @@ impl<M: RobotModel> Environment<M> {
     }
 
     /// The obstacles that can be pushed, in the order of the scene, where they are now.
-    pub fn movables(&self) -> impl Iterator<Item = Peg> + '_ {
+    pub fn movables(&self) -> impl Iterator<Item = PlacedMovable<'_>> {
         self.model.movables()
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::obstacles::{ObstacleGrid, Peg, WallGrid};
+use crate::obstacles::{ObstacleGrid, PlacedMovable, WallGrid};
 
 use super::config::Perception;
 
@@ -40,7 +40,7 @@ pub struct Surroundings<'a, M> {
     pub movables: M,
 }
 
-impl<'a> Surroundings<'a, std::iter::Empty<Peg>> {
+impl<'a> Surroundings<'a, std::iter::Empty<PlacedMovable<'a>>> {
     /// Nothing that can be pushed.
     pub fn fixed(obstacles: &'a ObstacleGrid, walls: &'a WallGrid) -> Self {
         Self { obstacles, walls, movables: std::iter::empty() }
@@ -67,7 +67,7 @@ impl PegView {
     }
 
     /// Updates the sensors of the links; `link` returns their poses.
-    pub fn scan<M: Iterator<Item = Peg> + Clone>(
+    pub fn scan<'a, M: Iterator<Item = PlacedMovable<'a>> + Clone>(
         &mut self,
         link: impl Fn(usize) -> LinkPose,
         around: &Surroundings<M>,
@@ -115,13 +115,18 @@ impl PegSensor {
         &self.located
     }
 
-    /// Locates the obstacles and walls from a link at `pose`; a wall appears as a peg without size at its nearest point.
-    pub fn scan<M: Iterator<Item = Peg> + Clone>(&mut self, pose: &LinkPose, around: &Surroundings<M>) {
+    /// Locates the obstacles and walls from a link at `pose`; a wall, or a polygon that can be pushed, appears as a
+    /// peg without size at its nearest point.
+    pub fn scan<'a, M: Iterator<Item = PlacedMovable<'a>> + Clone>(
+        &mut self,
+        pose: &LinkPose,
+        around: &Surroundings<M>,
+    ) {
         self.scan_among(around.obstacles.near(pose.x, pose.y, self.range), pose, around);
     }
 
     /// The same where only these obstacles may be in range.
-    fn scan_among<M: Iterator<Item = Peg> + Clone>(
+    fn scan_among<'a, M: Iterator<Item = PlacedMovable<'a>> + Clone>(
         &mut self,
         numbers: impl Iterator<Item = usize>,
         pose: &LinkPose,
@@ -135,8 +140,8 @@ impl PegSensor {
         }
         let mut farthest = self.range;
         let fixed = obstacles.pegs().len() + walls.walls().len();
-        let moved = movables.map(|(k, peg)| (fixed + k, peg));
-        numbers.map(|number| (number, obstacles.pegs()[number])).chain(moved).for_each(|(number, peg)| {
+        let discs = movables.clone().filter_map(|(k, movable)| Some((fixed + k, movable.disc()?)));
+        numbers.map(|number| (number, obstacles.pegs()[number])).chain(discs).for_each(|(number, peg)| {
             let (x, y) = (peg.x - pose.x, peg.y - pose.y);
             let (squared, reach) = (x * x + y * y, farthest + peg.radius);
             if squared <= reach * reach * (1.0 + ROUNDING) {
@@ -150,6 +155,12 @@ impl PegSensor {
             let number = obstacles.pegs().len() + wall;
             let (forward, left) = (-distance * away.x, -distance * away.y);
             self.keep_if_near(LocatedPeg { forward, left, distance, number });
+        }
+        for (k, movable) in movables {
+            let Some((outline, turn)) = movable.outline() else { continue };
+            let (distance, away) = outline.signed_distance(&(turn.inverse() * (place - movable.pose.xy())));
+            let to_it = turn * away * -distance;
+            self.keep_if_near(LocatedPeg { forward: to_it.x, left: to_it.y, distance, number: fixed + k });
         }
         self.turn_to_link(pose.angle);
     }
@@ -191,6 +202,7 @@ const ROUNDING: f64 = 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::obstacles::Peg;
     use std::f64::consts::PI;
 
     #[test]

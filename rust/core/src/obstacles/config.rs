@@ -145,15 +145,18 @@ impl Obstacle {
         Self { shape, friction: 0.0, mass: None, ground_friction: GROUND_FRICTION, spring: None, height: None }
     }
 
-    /// Whether it is a vertical body of another outline than a circle.
+    /// Whether it is a fixed vertical body of another outline than a circle.
     pub fn is_wall(&self) -> bool {
-        matches!(self.shape, Shape::Segment { .. } | Shape::Box { .. } | Shape::Polygon { .. })
+        self.mass.is_none() && matches!(self.shape, Shape::Segment { .. } | Shape::Box { .. } | Shape::Polygon { .. })
     }
 
     /// What can be pushed; `None` of an obstacle that is fixed.
     pub fn movable(&self) -> Option<Movable> {
-        let (mass, Shape::Circle(peg)) = (self.mass?, &self.shape) else { return None };
-        Some(Movable::disc(*peg, mass, self.ground_friction, self.spring))
+        let mass = self.mass?;
+        Some(match &self.shape {
+            Shape::Circle(peg) => Movable::disc(*peg, mass, self.ground_friction, self.spring),
+            shape => Movable::polygon(&shape.polygon()?, mass, self.ground_friction),
+        })
     }
 
     /// Whether it is a circle without friction and without end, like the obstacles of the thesis.
@@ -168,15 +171,25 @@ impl Obstacle {
         non_negative("ground_friction", self.ground_friction)?;
         if let Some(mass) = self.mass {
             positive("mass", mass)?;
-            let is_disc = matches!(self.shape, Shape::Circle(_));
-            require(is_disc, "mass", mass, "None: only circles can be pushed, other obstacles are fixed")?;
+            let is_flat = matches!(self.shape, Shape::Circle(_) | Shape::Box { .. } | Shape::Polygon { .. });
+            require(
+                is_flat,
+                "mass",
+                mass,
+                "None: only circles, boxes and polygons can be pushed, other obstacles are fixed",
+            )?;
             let smooth = "0 with a mass: links slide along what they push without friction";
             require(self.friction == 0.0, "friction", self.friction, smooth)?;
         }
         if let Some(spring) = &self.spring {
             spring.validate()?;
-            let expected = "None without a mass";
-            require(self.mass.is_some(), "stiffness", spring.stiffness, expected)?;
+            let is_disc = self.mass.is_some() && matches!(self.shape, Shape::Circle(_));
+            require(
+                is_disc,
+                "stiffness",
+                spring.stiffness,
+                "None without a mass, and of other obstacles than circles",
+            )?;
         }
         if let Some(height) = self.height {
             length("height", height)?;

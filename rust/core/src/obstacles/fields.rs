@@ -102,8 +102,8 @@ impl ShapeName {
         match self {
             ShapeName::Circle => ("circle", &["radius", "x", "y"], &DISC),
             ShapeName::Segment => ("segment", &["start", "end"], &[]),
-            ShapeName::Box => ("box", &["size", "x", "y"], &["angle"]),
-            ShapeName::Polygon => ("polygon", &["vertices"], &[]),
+            ShapeName::Box => ("box", &["size", "x", "y"], &["angle", "ground_friction"]),
+            ShapeName::Polygon => ("polygon", &["vertices"], &["ground_friction"]),
             ShapeName::HeightField => ("height_field", &["spacing"], &["origin"]),
             ShapeName::Polyhedron => ("polyhedron", &["vertices"], &[]),
             ShapeName::Cylinder => ("cylinder", &["start", "end", "radius"], &["inside"]),
@@ -203,14 +203,15 @@ impl From<&Obstacle> for ObstacleFields {
         let Obstacle { friction, mass, height, .. } = *obstacle;
         let number = |value: f64| Some(NumberOrGrid::Number(value));
         let spring = obstacle.spring;
-        let common = Self { friction: number(friction), mass, height: height.and_then(number), ..Self::default() };
+        let (friction, height) = (number(friction), height.and_then(number));
+        let ground_friction = mass.map(|_| obstacle.ground_friction);
+        let common = Self { friction, mass, ground_friction, height, ..Self::default() };
         match &obstacle.shape {
             Shape::Circle(Peg { radius, x, y }) => {
-                let ground_friction = mass.map(|_| obstacle.ground_friction);
                 let (radius, x, y) = (Some(*radius), Some(*x), Some(*y));
                 let (stiffness, damping) = (spring.map(|one| one.stiffness), spring.map(|one| one.damping));
                 let travel = spring.and_then(|one| one.travel);
-                Self { shape: ShapeName::Circle, radius, x, y, ground_friction, stiffness, damping, travel, ..common }
+                Self { shape: ShapeName::Circle, radius, x, y, stiffness, damping, travel, ..common }
             }
             Shape::Segment { start, end } => Self {
                 shape: ShapeName::Segment,

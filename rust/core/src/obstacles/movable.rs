@@ -1,15 +1,16 @@
 //! Obstacles that can be pushed, and their place behind the links of a robot.
 
-use std::iter::{Chain, Map};
-use std::slice::Iter;
+use std::ops::Deref;
+use std::sync::Arc;
 
-use nalgebra::Vector2;
+use nalgebra::{Rotation2, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ConfigError, non_negative, positive};
 use crate::robot::Link;
 
-use super::Peg;
+use super::plate::Plate;
+use super::{ConvexPolygon, Peg};
 
 /// What holds a disc at the place where it starts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -32,33 +33,46 @@ impl Spring {
     }
 }
 
-/// A disc that lies on the ground.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A disc or a convex polygon that lies on the ground.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Movable {
-    /// Mass, moment of inertia and outline: those of a link without straight sides and joints.
+    /// Mass and moment of inertia, and the outline of a disc: that of a link without straight sides and joints. A polygon lies
+    /// around the disc of its `radius` and within its `reach`.
     pub link: Link,
-    /// Where it lies before anything moves it \[m\].
+    /// Of a polygon, about its centroid, as it lies at its start.
+    pub outline: Option<Arc<ConvexPolygon>>,
+    /// Where its centre lies before anything moves it \[m\].
     pub start: [f64; 2],
     /// Coulomb coefficient of the ground.
     pub ground_friction: f64,
+    /// Lever at which the ground's friction resists spin: the mean distance from the centre of a body that presses on the
+    /// ground evenly \[m\].
+    pub spin_lever: f64,
     pub spring: Option<Spring>,
 }
 
 impl Movable {
     /// A homogeneous disc.
     pub fn disc(Peg { radius, x, y }: Peg, mass: f64, ground_friction: f64, spring: Option<Spring>) -> Self {
-        let inertia = 0.5 * mass * radius * radius;
-        let link = Link {
-            length: 2.0 * radius,
-            contact_half_length: 0.0,
-            radius,
-            mass,
-            cg_offset: 0.0,
-            inertia,
-            roll_inertia: inertia,
-            friction_factor: 1.0,
-        };
-        Self { link, start: [x, y], ground_friction, spring }
+        let link = body([radius; 2], mass, 0.5 * mass * radius * radius);
+        Self { link, outline: None, start: [x, y], ground_friction, spin_lever: 2.0 / 3.0 * radius, spring }
+    }
+
+    /// A homogeneous polygon.
+    pub fn polygon(polygon: &ConvexPolygon, mass: f64, ground_friction: f64) -> Self {
+        let Plate { centroid, squared_gyration, mean_distance, .. } = Plate::of(polygon);
+        let corners: Vec<_> = polygon.vertices().iter().map(|vertex| vertex - centroid).collect();
+        let reach = corners.iter().map(Vector2::norm).fold(0.0, f64::max);
+        let outline = ConvexPolygon::new(corners);
+        let inside = -outline.signed_distance(&Vector2::zeros()).0;
+        Self {
+            link: body([inside, reach], mass, mass * squared_gyration),
+            outline: Some(Arc::new(outline)),
+            start: centroid.into(),
+            ground_friction,
+            spin_lever: mean_distance,
+            spring: None,
+        }
     }
 
     /// How far it may be from its start; infinitely far without a stop \[m\].
@@ -75,11 +89,67 @@ impl Movable {
     pub fn spring_energy(&self, place: &Vector2<f64>) -> f64 {
         self.spring.map_or(0.0, |spring| 0.5 * spring.stiffness * self.deflection(place).norm_squared())
     }
+}
 
-    /// Lever at which the ground's friction resists spin: the mean distance from the centre of a disc that presses on the
-    /// ground evenly \[m\].
-    pub fn spin_lever(&self) -> f64 {
-        2.0 / 3.0 * self.link.radius
+/// A link without joints, around the disc of the first radius and within that of the second.
+fn body([radius, reach]: [f64; 2], mass: f64, inertia: f64) -> Link {
+    Link {
+        length: 2.0 * reach,
+        contact_half_length: reach - radius,
+        radius,
+        mass,
+        cg_offset: 0.0,
+        inertia,
+        roll_inertia: inertia,
+        friction_factor: 1.0,
+    }
+}
+
+/// A link of a robot, or something that can be pushed.
+#[derive(Debug, Clone, Copy)]
+pub struct Node<'a> {
+    pub link: &'a Link,
+    /// Of a polygon, about its centre; `None` of a link or a disc.
+    pub outline: Option<&'a ConvexPolygon>,
+}
+
+impl Deref for Node<'_> {
+    type Target = Link;
+
+    fn deref(&self) -> &Link {
+        self.link
+    }
+}
+
+impl<'a> From<&'a Link> for Node<'a> {
+    fn from(link: &'a Link) -> Self {
+        Self { link, outline: None }
+    }
+}
+
+impl<'a> From<&'a Movable> for Node<'a> {
+    fn from(movable: &'a Movable) -> Self {
+        Self { link: &movable.link, outline: movable.outline.as_deref() }
+    }
+}
+
+/// Something that can be pushed, where it is.
+#[derive(Debug, Clone, Copy)]
+pub struct PlacedMovable<'a> {
+    pub node: Node<'a>,
+    /// (x, y, theta) of its centre, the angle from its start.
+    pub pose: Vector3<f64>,
+}
+
+impl<'a> PlacedMovable<'a> {
+    /// Where it is, of a disc.
+    pub fn disc(&self) -> Option<Peg> {
+        self.node.outline.is_none().then(|| Peg { radius: self.node.radius, x: self.pose.x, y: self.pose.y })
+    }
+
+    /// The outline of a polygon about its centre, and the turn from that frame to the world's.
+    pub fn outline(&self) -> Option<(&'a ConvexPolygon, Rotation2<f64>)> {
+        Some((self.node.outline?, Rotation2::new(self.pose.z)))
     }
 }
 
@@ -95,17 +165,11 @@ impl<'a> Nodes<'a> {
         self.links.len() + self.movables.len()
     }
 
-    pub fn get(&self, node: usize) -> &'a Link {
-        self.links.get(node).unwrap_or_else(|| &self.movables[node - self.links.len()].link)
+    pub fn get(&self, node: usize) -> Node<'a> {
+        self.links.get(node).map_or_else(|| (&self.movables[node - self.links.len()]).into(), Node::from)
     }
-}
 
-impl<'a> IntoIterator for Nodes<'a> {
-    type Item = &'a Link;
-    type IntoIter = Chain<Iter<'a, Link>, Map<Iter<'a, Movable>, fn(&'a Movable) -> &'a Link>>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        let link: fn(&'a Movable) -> &'a Link = |movable| &movable.link;
-        self.links.iter().chain(self.movables.iter().map(link))
+    pub fn iter(&self) -> impl Iterator<Item = Node<'a>> + Clone + use<'a> {
+        self.links.iter().map(Node::from).chain(self.movables.iter().map(Node::from))
     }
 }

@@ -39,6 +39,17 @@ pub struct Separation {
     pub is_redundant: bool,
 }
 
+/// Where a point is nearest to a polygon.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NearestPoint {
+    /// Negative inside \[m\].
+    pub distance: f64,
+    /// Unit vector along which the distance grows.
+    pub normal: Vector2<f64>,
+    /// Whether it is a vertex of the polygon.
+    pub is_corner: bool,
+}
+
 /// How a centre line that crosses a polygon leaves it soonest.
 #[derive(Debug, Clone, Copy)]
 enum Crossing {
@@ -141,20 +152,38 @@ impl ConvexPolygon {
 
     /// Distance of a point, negative inside, and the unit vector along which it grows \[m\].
     pub fn signed_distance(&self, point: &Vector2<f64>) -> (f64, Vector2<f64>) {
+        let NearestPoint { distance, normal, .. } = self.nearest_point(point);
+        (distance, normal)
+    }
+
+    /// The point of the outline that is nearest to a point.
+    pub fn nearest_point(&self, point: &Vector2<f64>) -> NearestPoint {
         let facing = self.highest_edge(|edge| self.height(edge, point));
         let height = self.height(facing, point);
         if height <= 0.0 {
-            return (height, self.normals[facing]);
+            return NearestPoint { distance: height, normal: self.normals[facing], is_corner: false };
         }
         let nearest = |edge: usize| {
             let (start, end) = (self.vertices[edge], self.vertices[(edge + 1) % self.vertices.len()]);
             let along = end - start;
             let share = ((point - start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-            point - (start + along * share)
+            (point - (start + along * share), share == 0.0 || share == 1.0)
         };
         let offsets = (0..self.vertices.len()).map(nearest);
-        let offset = offsets.min_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared())).unwrap_or_default();
-        (offset.norm(), offset.try_normalize(0.0).unwrap_or(self.normals[facing]))
+        let nearest = offsets.min_by(|a, b| a.0.norm_squared().total_cmp(&b.0.norm_squared()));
+        let (offset, is_corner) = nearest.unwrap_or_default();
+        let normal = offset.try_normalize(0.0).unwrap_or(self.normals[facing]);
+        NearestPoint { distance: offset.norm(), normal, is_corner }
+    }
+
+    /// The same as seen from another place: a wall without thickness has been crossed by points on its other side.
+    pub fn nearest_point_seen_from(&self, place: &Vector2<f64>, point: &Vector2<f64>) -> NearestPoint {
+        let nearest = self.nearest_point(point);
+        if self.vertices.len() > 2 || nearest.is_corner {
+            return nearest;
+        }
+        let edge = usize::from(self.height(0, place) < 0.0);
+        NearestPoint { distance: self.height(edge, point), normal: self.normals[edge], is_corner: false }
     }
 
     /// Places between which a centre line that crosses the polygon is inside it.

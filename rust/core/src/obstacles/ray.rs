@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Body, ConvexPolygon, Cylinder, HeightField, ObstacleGrid, Peg};
+use super::{Body, ConvexPolygon, Cylinder, HeightField, ObstacleGrid, Peg, PlacedMovable};
 
 impl ObstacleGrid {
     /// Lowers each of `distances` \[m\] to that of the nearest obstacle from `origin` along the horizontal ray of the unit
@@ -33,6 +33,17 @@ impl Peg {
         let (nearest, beside) = (ray.dot(&centre), ray.perp(&centre));
         let half_chord_squared = self.radius * self.radius - beside * beside;
         if nearest >= 0.0 && half_chord_squared >= 0.0 { nearest - half_chord_squared.sqrt() } else { f64::INFINITY }
+    }
+}
+
+impl PlacedMovable<'_> {
+    /// The same to something that can be pushed \[m\].
+    pub fn distance_along(&self, origin: &Vector2<f64>, ray: &Vector2<f64>) -> f64 {
+        if let Some((outline, turn)) = self.outline() {
+            let back = turn.inverse();
+            return outline.distance_along(&(back * (origin - self.pose.xy())), &(back * ray));
+        }
+        self.disc().map_or(f64::INFINITY, |disc| disc.distance_along(origin, ray))
     }
 }
 

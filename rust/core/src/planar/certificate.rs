@@ -68,10 +68,15 @@ fn verify_chain<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certific
         let mobility = Mobility::of(mass, inertia, half_length);
         let u = &solution.twist[i];
         let slip = link.heading.to_link(u.xy());
-        let friction = judge::ground(&link.friction, shares, &slip, &solution.friction[i], mass);
+        let friction = if i > last {
+            let twist = Vector3::new(slip.x, slip.y, u.z);
+            judge::limit_surface(&stage.limit_surface(i), &twist, &solution.surface_impulse(i), mass, half_length)
+        } else {
+            judge::ground(&link.friction, shares, &slip, &solution.friction[i], mass)
+        };
         squared_friction = worse(squared_friction, friction.squared * (mobility.force * mobility.force));
         certificate.gap += worse(T::zero(), friction.gap);
-        if let (Some(&bound), Some(&spin)) = (stage.spins.get(i), solution.spin.get(i)) {
+        if let (Some(&bound), Some(&spin)) = (stage.link_spins().get(i), solution.spin.get(i)) {
             certificate.law = worse(certificate.law, judge::turning(bound, spin, u.z, mass, half_length));
             certificate.gap += worse(T::zero(), spin * u.z + bound * u.z.abs());
         }

@@ -28,7 +28,7 @@ impl<T: Real> Workspace<T> {
             let (near, displacement, margin) = (&mut body.warm_start.near, robot.bound.displacement, robot.margin(1.0));
             if !near.covers(displacement, margin) {
                 let poses = motion.predicted.iter().map(|pose| pose.lane(lane));
-                near.rebuild(poses, robot.nodes, &body.obstacles, margin, displacement);
+                near.rebuild(poses, robot.nodes.iter(), &body.obstacles, margin, displacement);
             }
             let is_among_obstacles = !near.pairs().is_empty();
             if is_among_obstacles {

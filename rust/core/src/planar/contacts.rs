@@ -54,17 +54,11 @@ impl Contacts {
         for (index, at_end) in &self.close {
             let pair = &near.pairs()[*index];
             let link = pair.link;
-            let (plane, heading, offset) = robot.plane(pair, at_end, obstacles);
+            let (plane, offset) = robot.plane(pair, at_end, obstacles);
             let coefficient = obstacles.friction(pair.obstacle);
             if coefficient > 0.0 && !plane.is_redundant {
-                let radius = robot.nodes.get(link).radius;
-                let direction = plane.tangent(heading.cos, heading.sin, radius);
-                self.frictional.push(FrictionalContact {
-                    found: self.rows.all().len(),
-                    row: 0,
-                    direction,
-                    coefficient,
-                });
+                let (found, direction) = (self.rows.all().len(), plane.tangent());
+                self.frictional.push(FrictionalContact { found, row: 0, direction, coefficient });
             }
             let row = StageContact { link, direction: plane.direction, offset };
             self.rows.add(robot.lane, pair.id(), *index, pair.known, row);
@@ -143,12 +137,11 @@ impl<T: Real> StageKinematics<'_, T> {
     /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
     /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
     /// long the step.
-    fn plane(&self, pair: &NearPair, at_end: &LinkContact, obstacles: &ObstacleGrid) -> (LinkContact, Heading, f64) {
+    fn plane(&self, pair: &NearPair, at_end: &LinkContact, obstacles: &ObstacleGrid) -> (LinkContact, f64) {
         let (i, c) = (pair.link, self.coefficient);
         let link = self.nodes.get(i);
-        let touching = touching_distance(link, obstacles, pair.obstacle);
+        let touching = touching_distance(&link, obstacles, pair.obstacle);
         let mut plane = *at_end;
-        let mut at = self.heading(i);
         let mut travelled = c * at_end.direction.dot(&self.travel(i));
         if at_end.gap < -DEEP * touching || self.bound.displacement > touching {
             let start = self.start(i);
@@ -157,17 +150,17 @@ impl<T: Real> StageKinematics<'_, T> {
                 link_obstacle_contact(&start, heading.cos, heading.sin, link, obstacles, (pair.obstacle, pair.feature));
             let same_side = at_start.direction.xy().dot(&at_end.direction.xy()) > SAME_SIDE;
             if at_end.is_redundant && at_start.is_redundant {
-                return (NO_CONTACT, Heading { cos: 1.0, sin: 0.0 }, 1.0);
+                return (NO_CONTACT, 1.0);
             }
             if (at_end.gap < -DEEP * touching || !same_side) && !at_start.is_redundant {
-                (plane, at) = (at_start, heading);
+                plane = at_start;
                 travelled = -at_start.direction.dot(&(self.base(i) - start));
             }
         }
-        (plane, at, offset(plane.gap, travelled, pair.known.depth, c, self.elapsed))
+        (plane, offset(plane.gap, travelled, pair.known.depth, c, self.elapsed))
     }
 }
 
 /// A contact that never closes: an impulse there has no direction.
 const NO_CONTACT: LinkContact =
-    LinkContact { gap: f64::INFINITY, direction: Vector3::new(0.0, 0.0, 0.0), along: 0.0, is_redundant: true };
+    LinkContact { gap: f64::INFINITY, direction: Vector3::new(0.0, 0.0, 0.0), lever: 0.0, is_redundant: true };

@@ -69,6 +69,7 @@ pub fn travel<T: Real>(
     }
     for i in arms.len()..from.len() {
         to[i] = add_scaled(&from[i], &twist[i], duration);
+        heading[i] = Heading::of(to[i].z);
     }
 }
 

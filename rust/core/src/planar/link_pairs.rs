@@ -3,7 +3,9 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
-use crate::contact::{LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_contacts};
+use crate::contact::{
+    LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_contacts, movable_contacts,
+};
 use crate::math::{Laned, Real};
 use crate::obstacles::Nodes;
 
@@ -36,9 +38,8 @@ impl<T: Real> StageKinematics<'_, T> {
             margin,
             |first, second| {
                 let at_end = [first, second].map(|node| self.placed(node));
-                let contact = link_pair_contact([&at_end[0], &at_end[1]], CENTRE);
-                if contact.gap < margin {
-                    visit([first, second], CENTRE, &at_end, &contact);
+                for (feature, contact) in movable_contacts([&at_end[0], &at_end[1]], margin) {
+                    visit([first, second], feature, &at_end, &contact);
                 }
             },
         );
@@ -68,7 +69,7 @@ impl<T: Real> StageKinematics<'_, T> {
             let at_start = pair.map(|link| self.placed_at_start(link));
             let start = link_pair_contact([&at_start[0], &at_start[1]], end);
             let is_same_side = start.normal.dot(&contact.normal) > SAME_SIDE;
-            if is_deep || !is_same_side {
+            if start.gap < f64::INFINITY && (is_deep || !is_same_side) {
                 let moved = |link: usize| self.base(link) - self.start(link);
                 return row(&start, -along(&start.direction, &moved));
             }
@@ -86,18 +87,15 @@ pub fn visit_movable_pairs(
     mut visit: impl FnMut(usize, usize),
 ) {
     for second in nodes.links.len()..nodes.count() {
-        let (disc, at) = (nodes.get(second), place(second));
+        let (movable, at) = (nodes.get(second), place(second));
         for first in 0..second {
-            let reach = nodes.get(first).reach() + disc.radius + margin;
+            let reach = nodes.get(first).reach() + movable.reach() + margin;
             if (place(first) - at).norm_squared() < reach * reach {
                 visit(first, second);
             }
         }
     }
 }
-
-/// The feature that describes a pair of which the second is a disc, a line without length: one of its ends.
-const CENTRE: usize = 2;
 
 /// A link of a lane's robot at a pose whose direction is known, or what can be pushed.
 pub fn place_in_lane<'a, T: Real>(

@@ -3,7 +3,8 @@
 //! The unknown of a stage is the end velocity u of the inclusion
 //!
 //! `M (u - u_ref) = W_T P_T + W_H P_H + W_J P_J + W_tau D`, `W_J^T u = 0`,
-//! `-W_T^T u in N_{C_T}(P_T)`, where the ground resists spin also `-omega in N_[-b, b](P_S)`, `0 <= P_H  _|_  W_H^T u + offset >= 0`, `D = clamp(shrink(b - k W_tau^T u))`
+//! `-W_T^T u in N_{C_T}(P_T)`, where the ground resists spin also `-omega in N_[-b, b](P_S)`, of what can be pushed `-u in
+//! N_E(P_E)` with a [limit surface](crate::laws::LimitSurface) E in place of both, `0 <= P_H  _|_  W_H^T u + offset >= 0`, `D = clamp(shrink(b - k W_tau^T u))`
 //!
 //! with directions W fixed at the predicted end configuration. It is (T 3.66)-(T 3.72) with the PD
 //! torque taken at the end of the stage, and the optimality condition of a strongly convex problem:
@@ -38,7 +39,8 @@ pub struct StageLink<T = f64> {
     /// How far the CG lies in front of the middle, towards the head \[m\].
     #[serde(default = "T::zero", skip_serializing_if = "is_zero")]
     pub cg_offset: T,
-    /// Semi-axes of C_T as impulses, mu m g c, in the link's frame; with a skin those of the longer half \[N s\].
+    /// Semi-axes of C_T as impulses, mu m g c, in the link's frame; with a skin those of the longer half \[N s\]. Of what can
+    /// be pushed, the forces of its limit surface.
     pub friction: Vector2<T>,
 }
 
@@ -93,7 +95,8 @@ pub struct Stage<T = f64> {
     pub skin: Option<Skin>,
     pub links: Vec<StageLink<T>>,
     pub joints: Vec<StageJoint<T>>,
-    /// Largest impulse against the spin of each link; empty where the ground does not resist it \[N m s\].
+    /// Largest impulse against the spin of each link; empty where the ground does not resist it. Of what can be pushed, the
+    /// moment of its limit surface \[N m s\].
     #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
     pub spins: Vec<T>,
     /// Of each joint; empty where no joint is near a stop.
@@ -122,6 +125,19 @@ impl<T: Real> Stage<T> {
     #[inline(always)]
     pub fn chain(&self) -> usize {
         self.joints.len() + 1
+    }
+
+    /// Semi-axes of the limit surface of something that can be pushed \[N s\], \[N m s\].
+    #[inline(always)]
+    pub fn limit_surface(&self, node: usize) -> Vector3<T> {
+        let force = &self.links[node].friction;
+        Vector3::new(force.x, force.y, self.spins.get(node).copied().unwrap_or(T::zero()))
+    }
+
+    /// Bounds of the ground's friction against the spin of the links that joints connect.
+    #[inline(always)]
+    pub fn link_spins(&self) -> &[T] {
+        &self.spins[..self.spins.len().min(self.chain())]
     }
 
     pub fn with_capacity(links: usize) -> Self {
@@ -233,6 +249,13 @@ impl StageSolution {
 }
 
 impl<T: Real> StageSolution<T> {
+    /// Friction of the ground on something that can be pushed, in its frame \[N s\], \[N m s\].
+    #[inline(always)]
+    pub fn surface_impulse(&self, node: usize) -> Vector3<T> {
+        let force = &self.friction[node];
+        Vector3::new(force.x, force.y, self.spin.get(node).copied().unwrap_or(T::zero()))
+    }
+
     pub fn new(links: usize) -> Self {
         Self {
             twist: vec![Vector3::new(T::zero(), T::zero(), T::zero()); links],

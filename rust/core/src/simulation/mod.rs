@@ -14,6 +14,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::capabilities::{Feature, ModelName, require_supported};
+use crate::contact::require_apart;
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::gait::Reference;
@@ -82,7 +83,9 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
         }
         let scene = Scene::new(scene).map_err(|e| e.inside("scene"))?;
         integrator.validate().map_err(|e| e.inside("integrator"))?;
-        let body = Body::new(&robot, ObstacleGrid::of(&scene.obstacles));
+        let obstacles = ObstacleGrid::of(&scene.obstacles);
+        require_apart(&obstacles)?;
+        let body = Body::new(&robot, obstacles);
         let system = M::system(robot, &scene, &controller)?;
         let scheme = Box::new(integrator.scheme(&system));
         let mut simulation = Self { system, body, scheme };

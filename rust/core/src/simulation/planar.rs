@@ -1,7 +1,7 @@
 use std::ops::Add;
 
 use crate::capabilities::ModelName;
-use crate::contact::{PlacedLink, gap, link_pair_gap, self_gap, wall_gap};
+use crate::contact::{PlacedLink, link_pair_gap, obstacle_gap, self_gap};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::obstacles::{Movable, Patches};
@@ -63,7 +63,7 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
     }
 
     /// The obstacles that can be pushed, and where they are.
-    pub fn movables(&self) -> impl Iterator<Item = (&Movable, &Moved)> {
+    pub fn movables(&self) -> impl Iterator<Item = (&Movable, &Moved)> + Clone {
         self.body.obstacles.movables().iter().zip(&self.body.state.movables)
     }
 
@@ -85,10 +85,7 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
         let Body { state, obstacles, .. } = &self.body;
         let mut smallest = f64::INFINITY;
         for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
-            obstacles.near(pose.x, pose.y, link.reach()).for_each(|peg| {
-                smallest = smallest.min(gap(pose, link, &obstacles.pegs()[peg]));
-            });
-            smallest = smallest.min(wall_gap(pose, link, obstacles));
+            smallest = smallest.min(obstacle_gap(pose, link, obstacles));
         }
         let nodes = self.system.nodes(obstacles);
         let pose = |node: usize| match state.pose.get(node) {
@@ -96,10 +93,7 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
             None => state.movables[node - state.pose.len()].pose,
         };
         for (moved, movable) in state.movables.iter().zip(nodes.movables) {
-            obstacles.near(moved.pose.x, moved.pose.y, movable.link.radius).for_each(|peg| {
-                smallest = smallest.min(gap(&moved.pose, &movable.link, &obstacles.pegs()[peg]));
-            });
-            smallest = smallest.min(wall_gap(&moved.pose, &movable.link, obstacles));
+            smallest = smallest.min(obstacle_gap(&moved.pose, movable, obstacles));
             smallest = smallest.min(movable.travel() - movable.deflection(&moved.pose.xy()).norm());
         }
         visit_movable_pairs(

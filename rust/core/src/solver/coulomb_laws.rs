@@ -4,7 +4,7 @@
 //! the law with a compliance delta, whose impulses are the shortest (T 4.78 != D43); rho only selects the form of the
 //! law. Sets of friction are those of the present normal impulse.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{SMatrix, SVector, Vector2};
 
 use crate::laws::{HalfLine, Halves, Skin};
 
@@ -27,18 +27,22 @@ impl CoulombForm {
     }
 
     /// z of a law of friction, and the share of its side; of a skin z = S (grad h(P) - rho (gamma + ...)).
-    pub fn argument(
+    pub fn argument<const N: usize>(
         &self,
         skin: Option<Skin>,
-        impulse: &Vector2<f64>,
-        centre: &Vector2<f64>,
-        slip: &Vector2<f64>,
-    ) -> (Vector2<f64>, f64) {
+        impulse: &SVector<f64, N>,
+        centre: &SVector<f64, N>,
+        slip: &SVector<f64, N>,
+    ) -> (SVector<f64, N>, f64) {
         let softened = (impulse - centre) * self.compliance;
-        let Some(skin) = skin else { return (impulse - (slip + softened) * self.weight, 1.0) };
-        let y = skin.gradient(&(impulse - softened * self.weight)) - slip * self.weight;
+        let mut z = impulse - (slip + softened) * self.weight;
+        let Some(skin) = skin else { return (z, 1.0) };
+        let in_plane = |v: &SVector<f64, N>| Vector2::new(v[0], v[1]);
+        let y = skin.gradient(&in_plane(&(impulse - softened * self.weight))) - in_plane(slip) * self.weight;
         let side = skin.side(y.x);
-        (skin.scaled(&y, side), side)
+        let scaled = skin.scaled(&y, side);
+        (z[0], z[1]) = (scaled.x, scaled.y);
+        (z, side)
     }
 
     /// Change of a normal impulse, and the same per velocity, with which the linearised law holds.
@@ -115,34 +119,34 @@ impl UnilateralLaw {
 }
 
 /// Change of a friction impulse with which the linearised law holds.
-pub(crate) struct DiscTangent {
-    pub constant: Vector2<f64>,
+pub(crate) struct DiscTangent<const N: usize> {
+    pub constant: SVector<f64, N>,
     /// Per change of the radius: nothing when sticking, the direction of the friction when sliding.
-    pub outward: Vector2<f64>,
-    pub from_slip: Matrix2<f64>,
+    pub outward: SVector<f64, N>,
+    pub from_slip: SMatrix<f64, N, N>,
 }
 
-impl DiscTangent {
+impl<const N: usize> DiscTangent<N> {
     /// On the side of a skin that has this share: of S p, by the slip itself.
-    pub fn on_side(side: f64, z: &Vector2<f64>, defect: &Vector2<f64>, radius: f64, form: &CoulombForm) -> Self {
-        let scale = Matrix2::new(side, 0.0, 0.0, 1.0);
-        let inverse = if side > 0.0 { 1.0 / side } else { 0.0 };
-        let Self { constant, outward, from_slip } =
-            Self::new(z, &Vector2::new(inverse * defect.x, defect.y), radius, form);
-        let along = if side > 0.0 { side * constant.x } else { -defect.x };
-        let constant = Vector2::new(along, constant.y);
+    pub fn on_side(side: f64, z: &SVector<f64, N>, defect: &SVector<f64, N>, radius: f64, form: &CoulombForm) -> Self {
+        let mut scale = SMatrix::<f64, N, N>::identity();
+        scale[(0, 0)] = side;
+        let mut of_side = *defect;
+        of_side[0] *= if side > 0.0 { 1.0 / side } else { 0.0 };
+        let Self { mut constant, outward, from_slip } = Self::new(z, &of_side, radius, form);
+        constant[0] = if side > 0.0 { side * constant[0] } else { -defect[0] };
         Self { constant, outward: scale * outward, from_slip: scale * from_slip * scale }
     }
 
-    pub fn new(z: &Vector2<f64>, defect: &Vector2<f64>, radius: f64, form: &CoulombForm) -> Self {
+    pub fn new(z: &SVector<f64, N>, defect: &SVector<f64, N>, radius: f64, form: &CoulombForm) -> Self {
         let CoulombForm { weight, compliance, .. } = *form;
         let (length, soft) = (z.norm(), weight * compliance);
         if length <= radius && radius > 0.0 {
-            let from_slip = Matrix2::identity() * (-1.0 / compliance);
-            return Self { constant: -defect / soft, outward: Vector2::zeros(), from_slip };
+            let from_slip = SMatrix::identity() * (-1.0 / compliance);
+            return Self { constant: -defect / soft, outward: SVector::zeros(), from_slip };
         }
-        let (outward, part) = if length > 0.0 { (z / length, radius / length) } else { (Vector2::zeros(), 0.0) };
-        let across = Matrix2::identity() - outward * outward.transpose();
+        let (outward, part) = if length > 0.0 { (z / length, radius / length) } else { (SVector::zeros(), 0.0) };
+        let across = SMatrix::identity() - outward * outward.transpose();
         // The law with its own part of the defect solved for: I - (1 - rho delta) part across.
         let stiff = 1.0 / (1.0 - (1.0 - soft) * part);
         let turned = defect + across * defect * (stiff - 1.0);

@@ -1,11 +1,11 @@
 //! What solvers need of the laws besides projections: Jacobians against finite differences, behaviour along a ray
 //! against direct evaluation, and branches that are held.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use snake_core::laws::{
-    Backlash, ConvexSet, Coulomb, Disc, HalfLine, Interval, LimitedActuator, Stribeck, Unit, Whole,
+    Backlash, ConvexSet, Coulomb, Disc, HalfLine, Interval, LimitSurface, LimitedActuator, Stribeck, Unit, Whole,
 };
 
 /// Step of central differences, and their error for functions of size and curvature of about one.
@@ -87,6 +87,30 @@ proptest! {
         let point = Disc { radius: 0.0 }.evaluate_held(&x, true);
         prop_assert_eq!(point.value, Vector2::zeros());
         prop_assert_eq!((point.jacobian.xx, point.jacobian.yy), (0.0, 0.0));
+    }
+
+    /// Of the limit surface too: impulses within it, stiffness minus their derivative, slope and curvature along a ray those of
+    /// the evaluation, and the kink where the argument is least.
+    #[test]
+    fn stiffness_of_a_limit_surface_is_the_derivative_of_its_impulse(
+        a in vector(), b in vector(), c in vector(), force in 0.1..2.0_f64, moment in 0.1..2.0_f64, r in 0.3..3.0_f64
+    ) {
+        let law = LimitSurface { axes: Vector3::new(force, force, moment) };
+        let (centre, twist, d) = (a.push(b.x), b.push(a.y), c.push(b.y));
+        let argument = |twist: &Vector3<f64>| centre - law.scaled(twist) * r;
+        prop_assume!(away_from(argument(&twist).norm(), 1.0) && d.norm() > 0.1);
+        let at = law.evaluate(&centre, r, &twist);
+        let impulse = |s: f64| law.scaled(&law.evaluate(&centre, r, &(twist + d * s)).value);
+        prop_assert!(at.value.norm() < 1.0 + 1e-12);
+        let found = at.across.component_mul(&d) - at.along * (at.stiffness * at.along.dot(&d));
+        let expected = Vector3::from_fn(|k, _| difference(|s| -impulse(s)[k]));
+        prop_assert!((found - expected).norm() < DIFFERENCE * 100.0, "{found} against {expected}");
+        let (slope, curvature) = law.along(&centre, r, &(twist - d * 0.7), &d, 0.7);
+        prop_assert!((slope + impulse(0.0).dot(&d)).abs() < 1e-11);
+        prop_assert!((curvature - found.dot(&d)).abs() < 1e-11);
+        let kink = law.kink(&centre, r, &twist, &d);
+        let length = |alpha: f64| argument(&(twist + d * alpha)).norm();
+        prop_assert!(length(kink) <= length(kink + 1e-3) && length(kink) <= length(kink - 1e-3));
     }
 
     /// Stiffness is minus the derivative of the impulse by the slip, symmetric and positive semidefinite.

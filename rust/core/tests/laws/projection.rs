@@ -4,7 +4,7 @@
 use nalgebra::{Vector2, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use snake_core::laws::{Cone, ConvexSet, Disc, Ellipse, HalfLine, Interval};
+use snake_core::laws::{Ball, Cone, ConvexSet, Disc, Ellipse, HalfLine, Interval};
 
 /// Round-off of a handful of operations, relative to the sizes involved.
 const ROUND_OFF: f64 = 1e-14;
@@ -127,6 +127,17 @@ proptest! {
         prop_assert!((x.x * p.y - x.y * p.x).abs() <= ROUND_OFF * x.norm() * p.norm());
         prop_assert!(p == x || (p.norm() - radius).abs() <= ROUND_OFF * radius);
         prop_assert_eq!(set.support(x), radius * x.norm());
+    }
+
+    #[test]
+    fn ball_projection_is_radial(radius in magnitude(), x in vector(), y in vector(), z in component(), w in component()) {
+        let (set, x, y) = (Ball { radius }, x.push(z), y.push(w));
+        let (p, q) = (set.project(x), set.project(y));
+        prop_assert!(p.norm() <= radius * (1.0 + ROUND_OFF));
+        prop_assert!((p - q).norm() <= (x - y).norm() * (1.0 + ROUND_OFF) + ROUND_OFF * radius);
+        prop_assert!(x.cross(&p).norm() <= ROUND_OFF * x.norm() * p.norm());
+        prop_assert!(p == x || (p.norm() - radius).abs() <= ROUND_OFF * radius);
+        prop_assert!((set.support(x) - radius * x.norm()).abs() <= ROUND_OFF * radius * x.norm());
     }
 
     /// p is the nearest point of a closed convex cone if and only if it lies in it, and x - p in its polar and across p.

@@ -3,6 +3,7 @@
 mod actuation_laws;
 mod allocation;
 mod backlash_laws;
+mod box_laws;
 mod cg_offset_laws;
 mod chain_sweep;
 mod conservation_laws;

@@ -304,19 +304,27 @@ fn work_of_a_robot_among_discs_is_energy_and_dissipation() {
     assert!(lost.iter().all(|lost| (-1e-3..0.2).contains(lost)), "{lost:?}");
 }
 
+/// Discs and pegs that yield, apart from each other.
 fn cluttered(random: &mut Random, count: usize) -> Vec<Obstacle> {
-    let one = |_| {
+    let mut all: Vec<Obstacle> = Vec::new();
+    while all.len() < count {
         let place = [random.between(0.03, 0.12), random.between(-1.2, 1.6), random.between(0.2, 1.0)];
         let (mass, friction) = (random.magnitude(0.05, 5.0), random.between(0.1, 0.6));
-        let one = disc(place, mass, friction);
-        match random.magnitude(50.0, 5000.0) {
+        let one = match random.magnitude(50.0, 5000.0) {
             stiffness if stiffness > 1000.0 => {
                 Obstacle { ground_friction: 0.0, ..sprung(place, mass, stiffness, 1.0, Some(0.03)) }
             }
-            _ => one,
+            _ => disc(place, mass, friction),
+        };
+        let gap = |other: &Obstacle| match other.shape {
+            Shape::Circle(Peg { radius, x, y }) => (place[1] - x).hypot(place[2] - y) - radius - place[0],
+            _ => unreachable!("a disc"),
+        };
+        if all.iter().all(|other| gap(other) > 0.0) {
+            all.push(one);
         }
-    };
-    (0..count).map(one).collect()
+    }
+    all
 }
 
 /// Robots with none to four discs and some pegs around them move the same alone and among others.

@@ -114,8 +114,9 @@ fn directions_are_the_gradients_of_the_gaps() {
         };
         let scene = ObstacleGrid::of(&[Obstacle::endless(shape)]);
         let pose = Pose::new(random.between(-0.3, 0.3), random.between(-0.3, 0.3), random.angle());
-        let at =
-            |pose: &Pose, place| link_obstacle_contact(pose, pose.z.cos(), pose.z.sin(), &link, &scene, (0, place));
+        let at = |pose: &Pose, place| {
+            link_obstacle_contact(pose, pose.z.cos(), pose.z.sin(), (&link).into(), &scene, (0, place))
+        };
         if wall_gap(&pose, &link, &scene) < -link.radius + 1e-3 {
             continue;
         }

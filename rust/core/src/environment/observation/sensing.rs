@@ -67,9 +67,9 @@ impl<M: RobotModel> BlockRow<M> {
                 let obstacles = &view.model.simulation().body().obstacles;
                 let eye = Vector2::new(head.x, head.y);
                 obstacles.cast_rays(&eye, view.model.head_height(), &rays, values);
-                for peg in view.model.movables() {
+                for movable in view.model.movables() {
                     for (value, ray) in values.iter_mut().zip(&rays) {
-                        *value = value.min(peg.distance_along(&eye, ray));
+                        *value = value.min(movable.distance_along(&eye, ray));
                     }
                 }
             },

@@ -17,6 +17,7 @@ use serde::de::DeserializeOwned;
 
 use crate::error::ConfigError;
 use crate::gait::Reference;
+use crate::obstacles::PlacedMovable;
 use crate::robot::Robot;
 use crate::scene::Peg;
 use crate::simulation::{SimulatedModel, Simulation};
@@ -80,7 +81,7 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     }
 
     /// The obstacles that can be pushed, in the order of the scene, where they are now.
-    fn movables(&self) -> impl Iterator<Item = Peg> + Clone + '_ {
+    fn movables(&self) -> impl Iterator<Item = PlacedMovable<'_>> + Clone {
         std::iter::empty()
     }
 

@@ -4,8 +4,8 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
+use crate::obstacles::PlacedMovable;
 use crate::planar::{Heading, Planar};
-use crate::scene::Peg;
 use crate::simulation::{PlanarSimulation, PlanarSnapshot, Simulation};
 
 use super::accelerometer::Accelerometer;
@@ -103,10 +103,8 @@ impl RobotModel for PlanarRobot {
         &self.reference
     }
 
-    fn movables(&self) -> impl Iterator<Item = Peg> + Clone + '_ {
-        let body = self.simulation.body();
-        let discs = body.obstacles.movables().iter().zip(&body.state.movables);
-        discs.map(|(movable, moved)| Peg { radius: movable.link.radius, x: moved.pose.x, y: moved.pose.y })
+    fn movables(&self) -> impl Iterator<Item = PlacedMovable<'_>> + Clone {
+        self.simulation.movables().map(|(movable, moved)| PlacedMovable { node: movable.into(), pose: moved.pose })
     }
 
     fn action_entries(&self) -> &[ActionEntry] {

@@ -133,7 +133,7 @@ impl Placement {
     pub fn gap_to_obstacle(&self, obstacle: &Obstacle) -> f64 {
         match &obstacle.shape {
             Shape::Circle(peg) => self.gap_to(peg),
-            _ => self.gap_to_walls(&ObstacleGrid::of(std::slice::from_ref(obstacle))),
+            shape => self.gap_to_walls(&ObstacleGrid::of(&[Obstacle::endless(shape.clone())])),
         }
     }
 
@@ -158,7 +158,7 @@ impl Placement {
                 places.insert(scene.index_in_scene(obstacle));
             });
             for (k, movable) in scene.movables().iter().enumerate() {
-                if (Vector2::from(movable.start) - centre).norm() < link.reach() + movable.link.radius + margin {
+                if (Vector2::from(movable.start) - centre).norm() < link.reach() + movable.link.reach() + margin {
                     places.insert(scene.index_in_scene(scene.len() + k));
                 }
             }

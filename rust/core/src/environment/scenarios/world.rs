@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 
+use crate::contact::require_apart;
 use crate::environment::config::EnvConfig;
 use crate::environment::default_gait::DefaultGait;
 use crate::environment::goal::{Goal, Target};
@@ -90,6 +91,7 @@ impl WorldLayout {
             require(height >= lowest, "start.position[2]", height, &expected)?;
         }
         if let Some(obstacles) = &world.obstacles {
+            require_apart(obstacles)?;
             self.place(world, placement);
             // A robot rests on obstacles that have a top face.
             let near = placement.within_reach(obstacles, 0.0).into_iter().map(|j| (j, obstacles.obstacle(j)));

@@ -2,31 +2,32 @@
 //! ground, contacts with obstacles and their friction, whose bound grows with the normal impulse, and contacts between
 //! links.
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
-use crate::laws::{ConvexSet, Disc, Interval, Skin};
-use crate::planar::{StageContact, StageLink, StageObstacleFriction, StagePair};
+use crate::laws::{Ball, ConvexSet, Interval, Skin};
+use crate::planar::{Heading, StageContact, StageLink, StageObstacleFriction, StagePair};
 use crate::solver::{CoulombForm, DiscTangent, UnilateralLaw};
 
 use super::coulomb_sweep::Balance;
 
-/// Friction of the ground on one link, in coordinates in which the shorter axis is stretched to the longer one.
+/// Friction of the ground on one link, or on something that can be pushed, in coordinates in which the other axes are stretched
+/// to the longest force.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GroundLaw {
     /// Slip per twist.
-    rows: Matrix2x3<f64>,
-    shape: Vector2<f64>,
+    rows: Matrix3<f64>,
+    shape: Vector3<f64>,
     radius: f64,
     skin: Option<Skin>,
     /// Share of the side of z.
     side: f64,
-    pub impulse: Vector2<f64>,
-    pub centre: Vector2<f64>,
-    start: Vector2<f64>,
-    step: Vector2<f64>,
-    z: Vector2<f64>,
+    pub impulse: Vector3<f64>,
+    pub centre: Vector3<f64>,
+    start: Vector3<f64>,
+    step: Vector3<f64>,
+    z: Vector3<f64>,
     /// P - prox(z) \[N s\].
-    defect: Vector2<f64>,
+    defect: Vector3<f64>,
 }
 
 /// Contact with an obstacle.
@@ -97,16 +98,16 @@ pub(super) struct PairLaw {
 }
 
 impl GroundLaw {
-    pub fn new(link: &StageLink, skin: Option<Skin>, impulse: &Vector2<f64>) -> Self {
-        let radius = link.friction.max();
-        let shape = if radius > 0.0 { link.friction / radius } else { Vector2::zeros() };
-        let (c, s) = (link.heading.cos, link.heading.sin);
-        let rows = Matrix2x3::new(c, s, 0.0, -s, c, 0.0);
+    /// Friction within these semi-axes, \[N s\] and \[N m s\]: the third is zero for a link.
+    pub fn new(heading: &Heading, axes: &Vector3<f64>, skin: Option<Skin>, impulse: &Vector3<f64>) -> Self {
+        let radius = axes.xy().max();
+        let shape = if radius > 0.0 { axes / radius } else { Vector3::zeros() };
+        let (c, s) = (heading.cos, heading.sin);
+        let rows = Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
         let stretched = impulse.zip_map(&shape, |p, shape| if shape > 0.0 { p / shape } else { 0.0 });
-        let none = Vector2::zeros();
-        let rows = Matrix2::from_diagonal(&shape) * rows;
+        let none = Vector3::zeros();
         Self {
-            rows,
+            rows: Matrix3::from_diagonal(&shape) * rows,
             shape,
             radius,
             skin,
@@ -124,12 +125,12 @@ impl GroundLaw {
     pub fn measure(&mut self, twist: &Vector3<f64>, form: &CoulombForm) -> f64 {
         let slip = self.rows * twist;
         (self.z, self.side) = form.argument(self.skin, &self.impulse, &self.centre, &slip);
-        let nearest = Disc { radius: self.radius }.project(self.z);
-        self.defect = self.impulse - Vector2::new(self.side * nearest.x, nearest.y);
+        let nearest = Ball { radius: self.radius }.project(self.z);
+        self.defect = self.impulse - Vector3::new(self.side * nearest.x, nearest.y, nearest.z);
         self.defect.norm()
     }
 
-    fn tangent(&self, form: &CoulombForm) -> DiscTangent {
+    fn tangent(&self, form: &CoulombForm) -> DiscTangent<3> {
         DiscTangent::on_side(self.side, &self.z, &self.defect, self.radius, form)
     }
 
@@ -159,8 +160,8 @@ impl GroundLaw {
         self.impulse.iter_mut().zip(self.step.iter()).for_each(|(value, step)| visitor(value, *step));
     }
 
-    /// In the link's frame \[N s\].
-    pub fn impulse_in_frame(&self) -> Vector2<f64> {
+    /// In the link's frame \[N s\], \[N m s\].
+    pub fn impulse_in_frame(&self) -> Vector3<f64> {
         self.impulse.component_mul(&self.shape)
     }
 }

@@ -163,14 +163,19 @@ impl CoulombNewton {
             let (motor, impulse) = (stage.motors.get(joint)?, solution.gear.get(joint)?);
             Some(MotorTerm::new(motor, *impulse, before.half_length, TUNING.penalty * before.mass))
         });
-        let spin = stage.spins.get(i).zip(solution.spin.get(i));
+        let spin = stage.link_spins().get(i).zip(solution.spin.get(i));
         let spin = spin.map(|(bound, moment)| SpinLaw::new(*bound, *moment, link.half_length));
         let inertia = mass_matrix(link);
+        let (axes, impulse) = if i < stage.chain() {
+            (link.friction.push(0.0), solution.friction[i].push(0.0))
+        } else {
+            (stage.limit_surface(i), solution.surface_impulse(i))
+        };
         self.links.push(Link {
             chain,
             is_free,
             head: (Matrix3::zeros(), Vector3::zeros()),
-            ground: GroundLaw::new(link, stage.skin, &solution.friction[i]),
+            ground: GroundLaw::new(&link.heading, &axes, stage.skin, &impulse),
             actuator,
             motor,
             spin,
@@ -303,9 +308,12 @@ impl CoupledStage for CoulombNewton {
     fn write(&self, solution: &mut StageSolution) {
         for (i, link) in self.links.iter().enumerate() {
             solution.twist[i] = link.twist;
-            solution.friction[i] = link.ground.impulse_in_frame();
+            let impulse = link.ground.impulse_in_frame();
+            solution.friction[i] = impulse.xy();
             if let Some(spin) = &link.spin {
                 solution.spin[i] = spin.moment();
+            } else if let Some(spin) = solution.spin.get_mut(i) {
+                *spin = impulse.z;
             }
             if !link.is_free {
                 solution.actuator[i - 1] = link.actuator.impulse;

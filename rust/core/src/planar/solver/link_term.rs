@@ -66,9 +66,11 @@ impl<T: Real> LinkTerm<T> {
         (self.friction, self.actuator) = (friction, actuator);
     }
 
-    /// The same of an obstacle that can be pushed, which has no joint.
+    /// The same of an obstacle that can be pushed, which has no joint and another law of friction.
     #[inline(always)]
-    pub fn begin_free(&mut self, link: &StageLink<T>, friction: FrictionTerm<T>) {
+    pub fn begin_free(&mut self, link: &StageLink<T>) {
+        let zero = Vector2::new(T::zero(), T::zero());
+        let friction = FrictionTerm::new(zero, &zero, T::zero());
         self.begin(link, &link.heading, friction, ActuatorTerm::none());
         self.segment.place(&link.heading, &link.heading, [T::zero(); 2]);
         (self.joint_moment, self.joint_stiffness) = (T::zero(), T::zero());

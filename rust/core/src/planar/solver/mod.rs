@@ -18,6 +18,7 @@ mod newton;
 mod obstacle_friction;
 mod ray;
 mod self_contacts;
+mod surface_term;
 mod sweep;
 mod terms;
 mod unilateral;

@@ -20,6 +20,7 @@ use super::kernels::{CoupledStep, EvaluateLaws, FrictionError};
 use super::link_term::{LinkTerm, in_frame, linear};
 use super::obstacle_friction::ObstacleFriction;
 use super::self_contacts::SelfContacts;
+use super::surface_term::SurfaceTerm;
 use super::sweep::Quadratic;
 use super::terms::{ActuatorTerm, ContactTerm, StopTerm};
 
@@ -34,6 +35,8 @@ pub struct Newton<T: Real = f64> {
     pub(super) motors: Vec<MotorTerm<T>>,
     /// Of each link; empty where the ground does not resist spin.
     pub(super) spins: Vec<MotorTerm<T>>,
+    /// Friction of the ground on what can be pushed; as links these have none.
+    pub(super) surfaces: Vec<SurfaceTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
     pub(super) obstacle_friction: ObstacleFriction<T>,
     pub(super) self_contacts: SelfContacts<T>,
@@ -63,6 +66,7 @@ impl<T: Real> Newton<T> {
             stops: Vec::with_capacity(links - 1),
             motors: Vec::new(),
             spins: Vec::with_capacity(links),
+            surfaces: Vec::with_capacity(links),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             obstacle_friction: ObstacleFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
@@ -121,18 +125,20 @@ impl<T: Real> Newton<T> {
         let chain = stage.chain();
         self.links.resize_with(stage.links.len(), LinkTerm::vacant);
         self.movables.resize(stage.links.len() - chain, Quadratic::zero());
+        self.surfaces.clear();
         let (mut mass, mut inertia) = (stage.links[0].mass, stage.links[0].inertia);
         let mut before = stage.links[0].heading;
         let mut end = free_end(&stage.links[0], &solution.twist[0]);
         for (i, (term, link)) in self.links.iter_mut().zip(&stage.links).enumerate() {
             (mass, inertia) = (mass.min(link.mass), inertia.min(link.inertia));
             let penalty = T::splat(TUNING.penalty) * link.mass;
-            let friction = FrictionTerm::new(link.friction, &solution.friction[i], penalty);
             if i >= chain {
-                term.begin_free(link, friction);
+                term.begin_free(link);
+                self.surfaces.push(SurfaceTerm::new(stage.limit_surface(i), &solution.surface_impulse(i), penalty));
                 term.twist = in_frame(&link.heading, &solution.twist[i]);
                 continue;
             }
+            let friction = FrictionTerm::new(link.friction, &solution.friction[i], penalty);
             let actuator = if i > 0 {
                 ActuatorTerm::new(&stage.joints[i - 1], solution.actuator[i - 1])
             } else {
@@ -155,7 +161,7 @@ impl<T: Real> Newton<T> {
             self.motors.push(MotorTerm::new(motor, *impulse, link.half_length, penalty));
         }
         self.spins.clear();
-        for ((&bound, link), &impulse) in stage.spins.iter().zip(&stage.links).zip(&solution.spin) {
+        for ((&bound, link), &impulse) in stage.link_spins().iter().zip(&stage.links).zip(&solution.spin) {
             let penalty = T::splat(TUNING.penalty) * link.mass;
             self.spins.push(MotorTerm::friction(bound, impulse, link.half_length, penalty));
         }
@@ -289,6 +295,7 @@ impl<T: Real> Newton<T> {
         }
         let mut contacts = self.contacts.iter_mut().peekable();
         let mut friction = self.obstacle_friction.terms.iter_mut().peekable();
+        let chain = self.links.len() - self.surfaces.len();
         let (mut omega, mut change) = (zero, zero);
         for (i, link) in self.links.iter_mut().enumerate() {
             advance(link);
@@ -298,6 +305,9 @@ impl<T: Real> Newton<T> {
             if let Some(spin) = self.spins.get_mut(i) {
                 let (impulse, stiffness) = spin.evaluate(form, link.twist.z);
                 (model.gw, model.ww) = (model.gw - impulse, model.ww + stiffness);
+            }
+            if COUPLED && i >= chain {
+                self.surfaces[i - chain].add_to(&mut model, &link.twist);
             }
             while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
                 let stiffness = contact.evaluate(form, &link.twist);
@@ -357,7 +367,16 @@ impl<T: Real> Newton<T> {
         for link in &self.links {
             squared = squared.max(link.friction.squared_error(halves, &linear(&link.twist), link.mass));
         }
+        for (surface, link) in self.surfaces.iter().zip(self.pushed()) {
+            squared = squared.max(surface.squared_error(link));
+        }
         squared
+    }
+
+    /// What can be pushed, behind the links.
+    #[inline(always)]
+    pub(super) fn pushed(&self) -> &[LinkTerm<T>] {
+        &self.links[self.links.len() - self.surfaces.len()..]
     }
 
     /// Velocities in the world frame, and impulses, in the given lanes.
@@ -383,6 +402,12 @@ impl<T: Real> Newton<T> {
         }
         for (impulse, spin) in solution.spin.iter_mut().zip(&self.spins) {
             keep(impulse, lanes, spin.friction);
+        }
+        for (node, surface) in (stage.chain()..).zip(&self.surfaces) {
+            let impulse = surface.impulse();
+            keep(&mut solution.friction[node].x, lanes, impulse.x);
+            keep(&mut solution.friction[node].y, lanes, impulse.y);
+            keep(&mut solution.spin[node], lanes, impulse.z);
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
             keep(impulse, lanes, contact.law.impulse);
@@ -444,6 +469,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.stops.iter_mut().for_each(|stop| stop.stiffen(factor));
         self.motors.iter_mut().for_each(|motor| motor.stiffen(factor));
         self.spins.iter_mut().for_each(|spin| spin.stiffen(factor));
+        self.surfaces.iter_mut().for_each(|surface| surface.stiffen(factor));
         self.contacts.iter_mut().for_each(|contact| contact.law.stiffen(factor));
         self.obstacle_friction.stiffen(factor);
         self.self_contacts.stiffen(factor);
@@ -456,6 +482,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
         self.motors.iter_mut().for_each(|motor| motor.recentre(lanes));
         self.spins.iter_mut().for_each(|spin| spin.recentre(lanes));
+        self.surfaces.iter_mut().for_each(|surface| surface.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
         self.obstacle_friction.recentre(lanes, &self.contacts);
         self.self_contacts.recentre(lanes);

@@ -86,6 +86,9 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
             }
             (omega, change) = (link.start.z, link.step.z);
         }
+        for (surface, link) in newton.surfaces.iter().zip(newton.pushed()) {
+            add(&mut sum, surface.along(link, alpha));
+        }
         for contact in &newton.contacts {
             let link = &newton.links[contact.link];
             add(&mut sum, contact.along(&link.start, &link.step, alpha));
@@ -106,6 +109,9 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
         for (motor, links) in self.newton.motors.iter().zip(self.newton.links.windows(2)) {
             let [start, step] = [links[1].start.z - links[0].start.z, links[1].step.z - links[0].step.z];
             nearest.consider(motor.kink(start, step));
+        }
+        for (surface, link) in self.newton.surfaces.iter().zip(self.newton.pushed()) {
+            nearest.consider(surface.kink(link));
         }
         for (spin, link) in self.newton.spins.iter().zip(&self.newton.links) {
             nearest.consider(spin.kink(link.start.z, link.step.z));

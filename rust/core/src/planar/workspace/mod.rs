@@ -128,9 +128,10 @@ impl LinkConstants<f64> {
     fn of_movable(system: &PlanarSystem, movable: &Movable) -> Self {
         let Movable { link, ground_friction, .. } = movable;
         let bound = ground_friction * link.mass * system.normal_gravity();
-        let spin = bound * movable.spin_lever();
+        let spin = bound * movable.spin_lever;
         // Turning takes no point of the outline of a disc elsewhere.
-        Self { reach: 0.0, friction: Vector2::repeat(bound), spin, ..Self::of(system, link) }
+        let reach = movable.outline.as_ref().map_or(0.0, |_| link.reach());
+        Self { reach, friction: Vector2::repeat(bound), spin, ..Self::of(system, link) }
     }
 }
 

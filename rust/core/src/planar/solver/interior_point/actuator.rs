@@ -78,7 +78,8 @@ pub(super) fn list_bounded_actuators(stage: &Stage, energy: f64, actuators: &mut
     actuators.clear();
     let least = stage.links.iter().map(|link| link.inertia).fold(f64::INFINITY, f64::min);
     let fastest = FAR * (2.0 * energy / least).sqrt();
-    for (i, (&bound, link)) in stage.spins.iter().zip(&stage.links).enumerate().filter(|(_, (bound, _))| **bound > 0.0)
+    for (i, (&bound, link)) in
+        stage.link_spins().iter().zip(&stage.links).enumerate().filter(|(_, (bound, _))| **bound > 0.0)
     {
         actuators.push(BoundedActuator::new(Turning::Spin(i), turning_friction(bound, link.inertia), 0.0));
     }

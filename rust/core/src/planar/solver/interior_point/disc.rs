@@ -1,30 +1,54 @@
-//! Coulomb friction of one link as a second-order cone: slip (t, gamma^) with t >= |gamma^| and impulse
-//! (1, p) with |p| <= 1, in coordinates in which the friction ellipse is the unit disc.
+//! Friction of the ground on one link as a second-order cone: slip (t, gamma^) with t >= |gamma^| and impulse
+//! (1, p) with |p| <= 1, in coordinates in which the limit surface is the unit ball. That of a link is a disc: its third axis,
+//! the moment, is zero.
 //!
 //! Nesterov and Todd's scaling W, with W z = W^-1 s = lambda, makes slip and impulse look alike. It is
 //! `W = eta [w_0, w_1^T; w_1, I + w_1 w_1^T / (1 + w_0)]` with w_0^2 = 1 + |w_1|^2.
 
-use nalgebra::{Matrix2, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3, Vector4};
 
-use crate::planar::StageLink;
 use crate::planar::solver::sweep::Quadratic;
+use crate::planar::{Heading, Stage};
 
 /// A point (head, tail) of the space in which the cone is head >= |tail|.
-type Point = Vector3<f64>;
+type Point = Vector4<f64>;
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Disc {
     /// t and gamma^: upper bound of the dissipation, and the slip it bounds \[J\].
     t: f64,
-    slip: Vector2<f64>,
+    slip: Vector3<f64>,
     /// p.
-    impulse: Vector2<f64>,
+    impulse: Vector3<f64>,
     scaling: Scaling,
     /// Right-hand side of the linearised complementarity, W^-1 (lambda \ ...).
     right: Point,
     /// The last direction.
     ds: Point,
     dz: Point,
+}
+
+/// What the ground can do to a link, or to what can be pushed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ground {
+    heading: Heading,
+    /// Semi-axes of the limit surface \[N s\], \[N m s\].
+    axes: Vector3<f64>,
+    /// That bounds the stiffness of sticking.
+    softness: f64,
+}
+
+impl Ground {
+    pub fn of(stage: &Stage, node: usize) -> Self {
+        let link = &stage.links[node];
+        let axes = if node < stage.chain() { link.friction.push(0.0) } else { stage.limit_surface(node) };
+        let largest = axes.x.max(axes.y);
+        Self { heading: link.heading, axes, softness: largest * largest / (STIFFEST_FRICTION * link.mass) }
+    }
+
+    pub fn has_friction(&self) -> bool {
+        self.axes.x.max(self.axes.y) > 0.0
+    }
 }
 
 /// eta and w of the scaling, and the scaled point.
@@ -38,16 +62,16 @@ struct Scaling {
 impl Disc {
     pub fn new() -> Self {
         let scaling = Scaling { eta: 1.0, w: Point::x(), lambda: Point::x() };
-        let zero = Vector2::zeros();
+        let zero = Vector3::zeros();
         let nothing = Point::zeros();
         Self { t: 1.0, slip: zero, impulse: zero, scaling, right: nothing, ds: nothing, dz: nothing }
     }
 
     /// No impulse, at the velocity `u`; `mu` is the energy by which t exceeds the slip.
-    pub fn begin(&mut self, link: &StageLink, u: &Vector3<f64>, mu: f64) {
-        self.slip = slip(link, u);
+    pub fn begin(&mut self, on: &Ground, u: &Vector3<f64>, mu: f64) {
+        self.slip = slip(on, u);
         self.t = self.slip.norm() + mu;
-        self.impulse = Vector2::zeros();
+        self.impulse = Vector3::zeros();
     }
 
     /// s . z, what this law adds to the duality gap \[J\].
@@ -66,38 +90,40 @@ impl Disc {
     pub fn aim_central(&mut self, mu: f64) {
         let Scaling { lambda, .. } = self.scaling;
         let (ds, dz) = (self.scaling.unscale(&self.ds), self.scaling.scale(&self.dz));
-        let target = Point::new(mu, 0.0, 0.0) - product(&ds, &dz);
+        let target = Point::new(mu, 0.0, 0.0, 0.0) - product(&ds, &dz);
         self.right = self.scaling.unscale(&(divide(&lambda, &target) - lambda));
     }
 
     /// Targets the central path's point `mu`, to first order.
     pub fn aim_centre(&mut self, mu: f64) {
         let Scaling { lambda, .. } = self.scaling;
-        self.right = self.scaling.unscale(&(divide(&lambda, &Point::new(mu, 0.0, 0.0)) - lambda));
+        self.right = self.scaling.unscale(&(divide(&lambda, &Point::new(mu, 0.0, 0.0, 0.0)) - lambda));
     }
 
-    /// Adds the linearised law to the link's quadratic model, in its frame; `softness` bounds its stiffness.
-    pub fn condense(&self, link: &StageLink, softness: f64, model: &mut Quadratic<f64>) {
-        let a = link.friction;
-        let impulse = (self.impulse + self.forced(softness)).component_mul(&a);
-        let stiffness = self.stiffness(softness);
-        model.gx -= impulse.x;
-        model.gy -= impulse.y;
+    /// Adds the linearised law to the link's quadratic model, in its frame.
+    pub fn condense(&self, on: &Ground, model: &mut Quadratic<f64>) {
+        let a = on.axes;
+        let impulse = (self.impulse + self.forced(on.softness)).component_mul(&a);
+        let stiffness = self.stiffness(on.softness);
+        model.subtract_force(&impulse);
         model.xx += a.x * a.x * stiffness[(0, 0)];
         model.xy += a.x * a.y * stiffness[(0, 1)];
         model.yy += a.y * a.y * stiffness[(1, 1)];
+        model.xw += a.x * a.z * stiffness[(0, 2)];
+        model.yw += a.y * a.z * stiffness[(1, 2)];
+        model.ww += a.z * a.z * stiffness[(2, 2)];
     }
 
     /// The direction that belongs to the change `du` of the link's velocity.
-    pub fn follow(&mut self, link: &StageLink, softness: f64, du: &Vector3<f64>) {
-        let change = slip(link, du);
-        let dp = self.forced(softness) - self.stiffness(softness) * change;
+    pub fn follow(&mut self, on: &Ground, du: &Vector3<f64>) {
+        let change = slip(on, du);
+        let dp = self.forced(on.softness) - self.stiffness(on.softness) * change;
         let Scaling { eta, w, .. } = self.scaling;
         // Row 0 of Delta z = right - W^-2 Delta s, where z_0 stays 1.
         let (head, tail) = (2.0 * w.x * w.x - 1.0, tail(&w) * (-2.0 * w.x));
         let dt = (self.right.x * eta * eta - tail.dot(&change)) / head;
-        self.ds = Point::new(dt, change.x, change.y);
-        self.dz = Point::new(0.0, dp.x, dp.y);
+        self.ds = Point::new(dt, change.x, change.y, change.z);
+        self.dz = Point::new(0.0, dp.x, dp.y, dp.z);
     }
 
     /// Longest step along the direction that stays in both cones.
@@ -111,9 +137,9 @@ impl Disc {
     }
 
     /// Takes the step; the slip is that of the new velocity `u`.
-    pub fn advance(&mut self, link: &StageLink, alpha: f64, u: &Vector3<f64>) {
+    pub fn advance(&mut self, on: &Ground, alpha: f64, u: &Vector3<f64>) {
         self.t += alpha * self.ds.x;
-        self.slip = slip(link, u);
+        self.slip = slip(on, u);
         self.impulse += tail(&self.dz) * alpha;
         // Round-off must not push the point out of the cone.
         self.t = self.t.max(self.slip.norm() * (1.0 + ROUND_OFF) + f64::MIN_POSITIVE);
@@ -123,39 +149,39 @@ impl Disc {
         }
     }
 
-    /// P_T \[N s\].
-    pub fn impulse(&self, link: &StageLink) -> Vector2<f64> {
-        self.impulse.component_mul(&link.friction)
+    /// Force and moment \[N s\], \[N m s\].
+    pub fn impulse(&self, on: &Ground) -> Vector3<f64> {
+        self.impulse.component_mul(&on.axes)
     }
 
     fn s(&self) -> Point {
-        Point::new(self.t, self.slip.x, self.slip.y)
+        Point::new(self.t, self.slip.x, self.slip.y, self.slip.z)
     }
 
     fn z(&self) -> Point {
-        Point::new(1.0, self.impulse.x, self.impulse.y)
+        Point::new(1.0, self.impulse.x, self.impulse.y, self.impulse.z)
     }
 
     /// Delta p per -Delta gamma^: W^-2 without its row 0, `(I - 2 w_1 w_1^T / (1 + 2 |w_1|^2)) / eta^2`, in series
     /// with `softness`.
-    fn stiffness(&self, softness: f64) -> Matrix2<f64> {
+    fn stiffness(&self, softness: f64) -> Matrix3<f64> {
         let across = 1.0 / (self.scaling.eta * self.scaling.eta);
         let tail = tail(&self.scaling.w);
         let along = across / (1.0 + 2.0 * tail.norm_squared());
         let in_series = |k: f64| k / (1.0 + softness * k);
-        let direction = if tail == Vector2::zeros() { tail } else { tail.normalize() };
+        let direction = if tail == Vector3::zeros() { tail } else { tail.normalize() };
         let (across, along) = (in_series(across), in_series(along));
-        Matrix2::identity() * across + direction * direction.transpose() * (along - across)
+        Matrix3::identity() * across + direction * direction.transpose() * (along - across)
     }
 
     /// Delta p at Delta gamma^ = 0.
-    fn forced(&self, softness: f64) -> Vector2<f64> {
+    fn forced(&self, softness: f64) -> Vector3<f64> {
         let w = &self.scaling.w;
         let free = tail(&self.right) + tail(w) * (2.0 * w.x * self.right.x / (2.0 * w.x * w.x - 1.0));
         let across = 1.0 / (self.scaling.eta * self.scaling.eta);
         let tail = tail(w);
         let along = across / (1.0 + 2.0 * tail.norm_squared());
-        let direction = if tail == Vector2::zeros() { tail } else { tail.normalize() };
+        let direction = if tail == Vector3::zeros() { tail } else { tail.normalize() };
         let forward = direction * direction.dot(&free);
         (free - forward) / (1.0 + softness * across) + forward / (1.0 + softness * along)
     }
@@ -187,15 +213,15 @@ impl Scaling {
 fn rotate(w: &Point, x: &Point) -> Point {
     let along = tail(w).dot(&tail(x));
     let rotated = tail(x) + tail(w) * (x.x + along / (1.0 + w.x));
-    Point::new(w.x * x.x + along, rotated.x, rotated.y)
+    Point::new(w.x * x.x + along, rotated.x, rotated.y, rotated.z)
 }
 
-fn tail(x: &Point) -> Vector2<f64> {
-    Vector2::new(x.y, x.z)
+fn tail(x: &Point) -> Vector3<f64> {
+    Vector3::new(x.y, x.z, x.w)
 }
 
 fn reflect(x: &Point) -> Point {
-    Point::new(x.x, -x.y, -x.z)
+    Point::new(x.x, -x.y, -x.z, -x.w)
 }
 
 /// sqrt(x_0^2 - |x_1|^2), the distance from the cone's boundary.
@@ -207,7 +233,7 @@ fn size(x: &Point) -> f64 {
 /// Jordan's product a o b of the cone.
 fn product(a: &Point, b: &Point) -> Point {
     let across = tail(b) * a.x + tail(a) * b.x;
-    Point::new(a.dot(b), across.x, across.y)
+    Point::new(a.dot(b), across.x, across.y, across.z)
 }
 
 /// The d with lambda o d = x.
@@ -216,7 +242,7 @@ fn divide(lambda: &Point, x: &Point) -> Point {
     let determinant = ((lambda.x - norm) * (lambda.x + norm)).max(f64::MIN_POSITIVE);
     let head = (lambda.x * x.x - tail(lambda).dot(&tail(x))) / determinant;
     let across = (tail(x) - tail(lambda) * head) / lambda.x;
-    Point::new(head, across.x, across.y)
+    Point::new(head, across.x, across.y, across.z)
 }
 
 /// Longest alpha for which x + alpha d lies in the cone.
@@ -236,10 +262,14 @@ fn longest_step(x: &Point, d: &Point) -> f64 {
     if d.x < 0.0 { root.min(-x.x / d.x) } else { root }
 }
 
-/// gamma^ = A R^T v.
-fn slip(link: &StageLink, u: &Vector3<f64>) -> Vector2<f64> {
-    link.heading.to_link(u.xy()).component_mul(&link.friction)
+/// gamma^ = A R^T u.
+fn slip(on: &Ground, u: &Vector3<f64>) -> Vector3<f64> {
+    let velocity = on.heading.to_link(u.xy());
+    velocity.push(u.z).component_mul(&on.axes)
 }
+
+/// Largest stiffness of friction, in link masses: it keeps the linear systems solvable.
+const STIFFEST_FRICTION: f64 = 1e12;
 
 /// Relative distance kept from the boundary of the cones.
 const ROUND_OFF: f64 = 1e-15;

@@ -21,13 +21,13 @@ use self::actuator::{
 };
 use self::actuator_bounds::ActuatorBounds;
 use self::contact::Contact;
-use self::disc::Disc;
+use self::disc::{Disc, Ground};
 use self::pair::Pair;
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::solver::link_term::in_frame;
 use crate::planar::solver::low_rank::{Coupling, LowRank, coupling_of, respond};
 use crate::planar::solver::sweep::{Quadratic, Segment};
-use crate::planar::{Stage, StageJoint, StageLink, StageSolution};
+use crate::planar::{Stage, StageJoint, StageSolution};
 use crate::rows::Row;
 use crate::solver::EliminatedChain;
 
@@ -44,6 +44,7 @@ pub struct Descent {
 #[derive(Debug, Clone)]
 pub struct InteriorPoint {
     friction: Vec<Disc>,
+    grounds: Vec<Ground>,
     contact: Vec<Contact>,
     /// Contacts of the robot with itself, and their rows in the linear system.
     self_contact: Vec<Contact>,
@@ -66,6 +67,7 @@ impl InteriorPoint {
     pub fn new(links: usize) -> Self {
         Self {
             friction: vec![Disc::new(); links],
+            grounds: Vec::with_capacity(links),
             contact: Vec::with_capacity(PAIRS_PER_LINK * links),
             self_contact: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             couplings: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
@@ -107,7 +109,7 @@ impl InteriorPoint {
         // Imbalance of the linear equations, as an energy: a step of length alpha leaves 1 - alpha of it.
         let mut imbalance = stage.energy();
         while solves < 2 * MAX_ITERATIONS && stalled < PATIENCE {
-            let gap = self.gap(stage);
+            let gap = self.gap();
             // Not above, rather than below: NaN ends the search too.
             let left = gap + imbalance;
             if left.is_nan() || left <= enough {
@@ -139,6 +141,8 @@ impl InteriorPoint {
             .extend(stage.links[stage.chain()..].iter().map(|one| Segment::new(&one.heading, &one.heading, [0.0; 2])));
         self.movables.resize(nodes - stage.chain(), Quadratic::zero());
         self.friction.resize(nodes, Disc::new());
+        self.grounds.clear();
+        self.grounds.extend((0..nodes).map(|node| Ground::of(stage, node)));
         self.models.resize(nodes, Quadratic::zero());
         self.constant.resize(nodes, 0.0);
         self.stiffness.resize(nodes, 0.0);
@@ -155,8 +159,8 @@ impl InteriorPoint {
     /// A point inside the cones at the twists of `solution`, with products of about `mu`.
     fn spread(&mut self, stage: &Stage, solution: &StageSolution, mu: f64) {
         let twist = &solution.twist;
-        for ((disc, link), u) in self.friction.iter_mut().zip(&stage.links).zip(twist) {
-            disc.begin(link, u, mu);
+        for ((disc, ground), u) in self.friction.iter_mut().zip(&self.grounds).zip(twist) {
+            disc.begin(ground, u, mu);
         }
         for BoundedActuator { of, law, bounds, .. } in &mut self.actuators {
             *bounds = ActuatorBounds::begin(law, of.rate(twist), mu);
@@ -175,18 +179,18 @@ impl InteriorPoint {
         self.friction.iter_mut().for_each(Disc::aim_affine);
         self.pairs(Pair::aim_affine);
         self.find_direction(stage, &solution.twist);
-        let affine = self.longest_step(stage).min(1.0);
-        let left = self.gap_after(stage, affine) / self.cones(stage) / mu;
+        let affine = self.longest_step().min(1.0);
+        let left = self.gap_after(affine) / self.cones(stage) / mu;
         let centering = left.clamp(0.0, 1.0).powi(3).max(1e-6);
         self.friction.iter_mut().for_each(|disc| disc.aim_central(centering * mu));
         self.pairs(|pair| pair.aim_central(centering * mu));
         self.find_direction(stage, &solution.twist);
-        let mut step = self.longest_step(stage);
+        let mut step = self.longest_step();
         if step < SHORT {
             self.friction.iter_mut().for_each(|disc| disc.aim_centre(mu));
             self.pairs(|pair| pair.aim_centre(mu));
             self.find_direction(stage, &solution.twist);
-            step = self.longest_step(stage);
+            step = self.longest_step();
         }
         if !self.direction.iter().all(|du| du.iter().all(|x| x.is_finite())) {
             return 0.0;
@@ -203,8 +207,8 @@ impl InteriorPoint {
             let momentum = link.heading.to_link(change.xy()) * link.mass;
             let mut model = Quadratic { xx: link.mass, yy: link.mass, ww: link.inertia, ..Quadratic::zero() };
             (model.gx, model.gy, model.gw) = (momentum.x, momentum.y, link.inertia * change.z);
-            if has_friction(link) {
-                self.friction[i].condense(link, friction_softness(link), &mut model);
+            if self.grounds[i].has_friction() {
+                self.friction[i].condense(&self.grounds[i], &mut model);
             }
             self.models[i] = model;
         }
@@ -281,9 +285,9 @@ impl InteriorPoint {
 
     fn follow(&mut self, stage: &Stage, twist: &[Vector3<f64>]) {
         let direction = &self.direction;
-        for ((disc, link), du) in self.friction.iter_mut().zip(&stage.links).zip(direction) {
-            if has_friction(link) {
-                disc.follow(link, friction_softness(link), du);
+        for ((disc, ground), du) in self.friction.iter_mut().zip(&self.grounds).zip(direction) {
+            if ground.has_friction() {
+                disc.follow(ground, du);
             }
         }
         for actuator in &mut self.actuators {
@@ -302,9 +306,9 @@ impl InteriorPoint {
             *u += du * alpha;
         }
         stage.follow_joints(&mut solution.twist);
-        for ((disc, link), u) in self.friction.iter_mut().zip(&stage.links).zip(&solution.twist) {
-            if has_friction(link) {
-                disc.advance(link, alpha, u);
+        for ((disc, ground), u) in self.friction.iter_mut().zip(&self.grounds).zip(&solution.twist) {
+            if ground.has_friction() {
+                disc.advance(ground, alpha, u);
             }
         }
         self.pairs(|pair| pair.advance(alpha));
@@ -322,13 +326,12 @@ impl InteriorPoint {
     /// Folds a quantity of all pairs, from `start`.
     fn fold(
         &self,
-        stage: &Stage,
         start: f64,
         of_disc: impl Fn(&Disc) -> f64,
         of_pair: impl Fn(&Pair) -> f64,
         with: impl Fn(f64, f64) -> f64,
     ) -> f64 {
-        let discs = self.friction.iter().zip(&stage.links).filter(|(_, link)| has_friction(link));
+        let discs = self.friction.iter().zip(&self.grounds).filter(|(_, ground)| ground.has_friction());
         let bounds = self.actuators.iter().map(|actuator| &actuator.bounds);
         let contacts = self.contact.iter().chain(&self.self_contact);
         let figures = discs.map(|(disc, _)| of_disc(disc)).chain(contacts.map(|contact| of_pair(&contact.pair)));
@@ -336,20 +339,20 @@ impl InteriorPoint {
     }
 
     fn cones(&self, stage: &Stage) -> f64 {
-        let discs = stage.links.iter().filter(|link| has_friction(link)).count();
+        let discs = self.grounds.iter().filter(|ground| ground.has_friction()).count();
         (discs + stage.contacts.len() + stage.pairs.len() + 2 * self.actuators.len()).max(1) as f64
     }
 
-    fn gap(&self, stage: &Stage) -> f64 {
-        self.fold(stage, 0.0, Disc::gap, Pair::gap, |a, b| a + b)
+    fn gap(&self) -> f64 {
+        self.fold(0.0, Disc::gap, Pair::gap, |a, b| a + b)
     }
 
-    fn gap_after(&self, stage: &Stage, alpha: f64) -> f64 {
-        self.fold(stage, 0.0, |disc| disc.gap_after(alpha), |pair| pair.gap_after(alpha), |a, b| a + b)
+    fn gap_after(&self, alpha: f64) -> f64 {
+        self.fold(0.0, |disc| disc.gap_after(alpha), |pair| pair.gap_after(alpha), |a, b| a + b)
     }
 
-    fn longest_step(&self, stage: &Stage) -> f64 {
-        self.fold(stage, f64::INFINITY, Disc::longest_step, Pair::longest_step, f64::min)
+    fn longest_step(&self) -> f64 {
+        self.fold(f64::INFINITY, Disc::longest_step, Pair::longest_step, f64::min)
     }
 
     /// Largest violation of a contact \[m/s\]; the impulses become the new centres.
@@ -363,9 +366,16 @@ impl InteriorPoint {
     }
 
     fn write_impulses(&self, stage: &Stage, solution: &mut StageSolution) {
-        for (i, link) in stage.links.iter().enumerate() {
-            solution.friction[i] =
-                if has_friction(link) { self.friction[i].impulse(link) } else { nalgebra::Vector2::zeros() };
+        for (i, (&bound, link)) in stage.link_spins().iter().zip(&stage.links).enumerate() {
+            let StageJoint { stiffness, limit, .. } = turning_friction(bound, link.inertia);
+            solution.spin[i] = (-stiffness * solution.twist[i].z).clamp(-limit, limit);
+        }
+        for (i, (disc, ground)) in self.friction.iter().zip(&self.grounds).enumerate() {
+            let impulse = if ground.has_friction() { disc.impulse(ground) } else { Vector3::zeros() };
+            solution.friction[i] = impulse.xy();
+            if i >= stage.chain() {
+                solution.spin[i] = impulse.z;
+            }
         }
         for (j, joint) in stage.joints.iter().enumerate() {
             let rate = solution.twist[j + 1].z - solution.twist[j].z;
@@ -375,10 +385,6 @@ impl InteriorPoint {
                 let StageJoint { stiffness, limit, .. } = turning_friction(motor.friction, stage.links[j].inertia);
                 solution.gear[j] = (-stiffness * rate).clamp(-limit, limit);
             }
-        }
-        for (i, (impulse, &bound)) in solution.spin.iter_mut().zip(&stage.spins).enumerate() {
-            let StageJoint { stiffness, limit, .. } = turning_friction(bound, stage.links[i].inertia);
-            *impulse = (-stiffness * solution.twist[i].z).clamp(-limit, limit);
         }
         for (impulse, (soft, contact)) in solution.contact.iter_mut().zip(self.contact.iter().zip(&stage.contacts)) {
             *impulse = soft.impulse(stage.links[contact.link].mass);
@@ -415,21 +421,8 @@ impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
     }
 }
 
-fn has_friction(link: &StageLink) -> bool {
-    link.friction.x.max(link.friction.y) > 0.0
-}
-
-/// Softness that bounds the stick stiffness by [`STIFFEST_FRICTION`] masses.
-fn friction_softness(link: &StageLink) -> f64 {
-    let largest = link.friction.x.max(link.friction.y);
-    largest * largest / (STIFFEST_FRICTION * link.mass)
-}
-
 /// Duality gap relative to the energies of the stage at which it counts as solved, whatever the tolerance.
 const TARGET_GAP: f64 = 1e-11;
-
-/// Largest stiffness of friction, in link masses: it keeps the linear systems solvable.
-const STIFFEST_FRICTION: f64 = 1e12;
 
 /// First products, in energies of the stage: a start too far inside costs an iteration, one too near the boundary many.
 const SPREAD: f64 = 10.0;
