@@ -69,6 +69,7 @@ pub fn link_obstacle_gap(
 /// (T 3.8)-(T 3.9), (T 3.16 != D1); on it one of the end caps (T 3.10)-(T 3.12), (T 3.18 != D1). In both, the
 /// normal `n` points from the peg to the link, and since moving `s` along the link changes the
 /// distance only to second order, g' = n . (v_G + omega s e_y^B).
+#[inline]
 pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, peg: &Peg) -> LinkContact {
     let (offset, s) = separation(pose, cos, sin, link, peg);
     let distance = offset.norm();
@@ -155,14 +156,28 @@ pub fn link_obstacle_contact(
     obstacles: &ObstacleGrid,
     (obstacle, feature): (usize, usize),
 ) -> LinkContact {
+    match (link.outline, obstacles.pegs().get(obstacle)) {
+        (None, Some(peg)) => link_peg_contact(pose, cos, sin, &link, peg),
+        _ => other_contact(pose, cos, sin, link, obstacles, (obstacle, feature)),
+    }
+}
+
+/// The same of all pairs but links and pegs, which are most.
+fn other_contact(
+    pose: &Vector3<f64>,
+    cos: f64,
+    sin: f64,
+    link: Node,
+    obstacles: &ObstacleGrid,
+    (obstacle, feature): (usize, usize),
+) -> LinkContact {
     if let Some(outline) = link.outline {
         let placed = PlacedLink { link, pose: *pose, axis: Vector2::new(cos, sin) };
         return outline_obstacle_contact(&placed, outline, obstacles, (obstacle, feature));
     }
-    match (obstacles.pegs().get(obstacle), obstacles.stop(obstacle)) {
-        (Some(peg), _) => link_peg_contact(pose, cos, sin, &link, peg),
-        (None, Some(movable)) => stop_contact(pose, movable),
-        (None, None) => link_wall_contact(pose, cos, sin, &link, obstacles.polygon(obstacle), feature),
+    match obstacles.stop(obstacle) {
+        Some(movable) => stop_contact(pose, movable),
+        None => link_wall_contact(pose, cos, sin, &link, obstacles.polygon(obstacle), feature),
     }
 }
 
