@@ -1,9 +1,8 @@
-"""Robots as files in MJCF or URDF, which MuJoCo reads."""
+"""Robots as files in MJCF or URDF, which MuJoCo reads: the chain, its links, and what is left out."""
 
 from __future__ import annotations
 
 import itertools
-import statistics
 import warnings
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -18,8 +17,8 @@ from numpy.typing import NDArray
 from snake_env import _checks
 from snake_env._documents import reading, require_size
 from snake_env._extras import extras
-from snake_env.config.motor import Motor
-from snake_env.config.robot import LOCK_STIFFNESS, UNIT_AXES
+from snake_env.config.robot import UNIT_AXES
+from snake_env.config.robot_file_joints import Actuation
 from snake_env.errors import ConfigError
 
 Array = NDArray[np.float64]
@@ -32,9 +31,6 @@ POINT = 1e-6
 
 LARGEST_LIMIT = 3.13
 """Of joints in the spatial model [rad], whose angles lie in (-pi, pi]."""
-
-JOINTS = (0, 1)
-"""Types of transmission to a joint: mjTRN_JOINT, mjTRN_JOINTINPARENT."""
 
 
 def read(path: str | Path, tolerance: float, given: Collection[str]) -> dict[str, Any]:
@@ -76,8 +72,7 @@ class _Chain:
         if len(self.links) < 2:
             raise ConfigError(self.file, "one link", "a chain of at least two links")
         self.hinges = [hinge for link in self.links for hinge in link.hinges]
-        self.locked = self._joints(np.flatnonzero(self.model.jnt_stiffness >= LOCK_STIFFNESS))
-        self.limp = self._limp()
+        self.actuation = Actuation(mujoco, self.model, [link.hinges for link in self.links[1:]])
         self.masses = [self._mass(link.bodies) for link in self.links]
         self._find_line()
 
@@ -100,19 +95,19 @@ class _Chain:
         if "joint_limit" not in given:
             found["joint_limit"] = _same([self._limit(link) for link in self.links[1:]])
         if "locked" not in given:
-            found["locked"] = self.locked
+            found["locked"] = self.actuation.locked
         if "limp" not in given:
-            found["limp"] = self.limp
+            found["limp"] = self.actuation.limp
         self.takes_motor = not {"motor", "backlash"} & set(given)
-        if self.takes_motor and any(map(np.any, self.passive.values())):
-            columns = zip(*(column.tolist() for column in self.passive.values()), strict=True)
-            motors = [Motor(**dict(zip(self.passive, values, strict=True))) for values in columns]
-            found["motor"] = motors[0] if len(set(motors)) == 1 else self._by_joint(motors, Motor())
-        found |= self._gains()
+        if self.takes_motor:
+            found |= self.actuation.motors()
+        found |= self.actuation.gains()
         if takes_outlines and "friction_factor" not in given:
-            found |= self._friction()
+            found |= self.actuation.friction([self._geom(i)[0] for i in range(len(self.links))])
         if "gravity" not in given:
-            found["gravity"] = 0.0 if self._is_off("GRAVITY") else float(np.linalg.norm(self.model.opt.gravity))
+            found["gravity"] = (
+                0.0 if self.actuation.is_off("GRAVITY") else float(np.linalg.norm(self.model.opt.gravity))
+            )
             if not found["gravity"]:
                 raise ConfigError(f"{self.file}, option gravity", 0.0, "a vector other than zero, or gravity= [m/s^2]")
         bodies = [body for link in self.links for body in link.bodies]
@@ -124,83 +119,6 @@ class _Chain:
         return {name: value for name, value in found.items() if name not in given}
 
     @cached_property
-    def passive(self) -> dict[str, Array]:
-        """Fields of the motors: armature, friction and damping of each hinge in :attr:`_driven`."""
-        model = self.model
-        dofs = model.jnt_dofadr[self._driven]
-        damping = model.dof_damping[dofs] + self._of_actuators(model.actuator_damping)
-        return {
-            "rotor_inertia": model.dof_armature[dofs] + self._of_actuators(model.actuator_armature),
-            "gear_friction": model.dof_frictionloss[dofs] * (not self._is_off("FRICTIONLOSS")),
-            "gear_damping": damping * (not self._is_off("DAMPER")),
-        }
-
-    def _by_joint(self, of_driven: list[Any], unused: Any) -> tuple[Any, ...]:
-        """Values of the hinges in :attr:`_driven`, joint by joint."""
-        of_hinge = dict(zip(self._driven, of_driven, strict=True))
-        joints = [tuple(of_hinge.get(hinge, unused) for hinge in link.hinges) for link in self.links[1:]]
-        return tuple(joint[0] if len(set(joint)) == 1 else joint for joint in joints)
-
-    def _friction(self) -> dict[str, Any]:
-        """Coefficients of sliding between each link and the ground over that in the middle of their order, where they
-        differ.
-        """
-        model, kinds = self.model, self.library.mjtGeom
-        links = [self._geom(i)[0] for i in range(len(self.links))]
-        grounds = np.isin(model.geom_type, (kinds.mjGEOM_PLANE, kinds.mjGEOM_HFIELD))
-        ground = next((geom for geom in np.flatnonzero(grounds).tolist() if geom not in links), None)
-        of_links = [self._sliding(geom, ground) for geom in links]
-        middle = statistics.median_low([mu for mu in of_links if mu] or [1.0])
-        return {} if len(set(of_links)) == 1 else {"friction_factor": tuple(mu / middle for mu in of_links)}
-
-    def _sliding(self, geom: int, ground: int | None) -> float:
-        """Coefficient between two geoms: that of their pair, or as MuJoCo mixes theirs; without ground the geom's."""
-        model = self.model
-        for pair in range(model.npair):
-            if {geom, ground} == {int(model.pair_geom1[pair]), int(model.pair_geom2[pair])}:
-                return float(model.pair_friction[pair, 0]) if model.pair_dim[pair] > 1 else 0.0
-        both = [geom] if ground is None else [geom, ground]
-        first = model.geom_priority[both].max()
-        rule = [one for one in both if model.geom_priority[one] == first]
-        return float(model.geom_friction[rule, 0].max()) if model.geom_condim[rule].max() > 1 else 0.0
-
-    def _gains(self) -> dict[str, Any]:
-        """Gains of servos, one at every joint with a motor, and torque limits, where they differ between joints."""
-        model, library = self.model, self.library
-        servo = {int(model.actuator_trnid[k, 0]): k for k in np.flatnonzero(np.isin(model.actuator_trntype, JOINTS))}
-        limits = _largest(model.jnt_actfrclimited[self._driven], model.jnt_actfrcrange[self._driven])
-        columns = {}
-        if self._driven and len(servo) == model.nu and set(self._driven) <= set(servo):
-            chosen = [servo[hinge] for hinge in self._driven]
-            gain, bias = model.actuator_gainprm[chosen, 0], model.actuator_biasprm[chosen]
-            is_affine = model.actuator_biastype[chosen] == library.mjtBias.mjBIAS_AFFINE
-            if (is_affine & (bias[:, 1] == -gain) & (model.actuator_gear[chosen, 0] == 1.0)).all():
-                columns = {"kp": gain, "kd": -bias[:, 2]}
-                own = _largest(model.actuator_forcelimited[chosen], model.actuator_forcerange[chosen])
-                limits = np.minimum(limits, own)
-        if (limits > 0.0).all():
-            columns["torque_limit"] = limits
-        found = {}
-        for name, column in columns.items():
-            if len(set(column.tolist())) > 1:
-                found[name] = self._by_joint(column.tolist(), np.inf if name == "torque_limit" else 0.0)
-        return found
-
-    def _of_actuators(self, values: Array) -> Array:
-        """What actuators add at the joints with a motor, times the squares of their gears."""
-        model = self.model
-        sums = np.zeros(model.njnt)
-        for k in np.flatnonzero(np.isin(model.actuator_trntype, JOINTS)):
-            sums[model.actuator_trnid[k, 0]] += values[k] * model.actuator_gear[k, 0] ** 2
-        return sums[self._driven]
-
-    @cached_property
-    def _driven(self) -> list[int]:
-        """Hinges of the joints that are neither locked nor limp."""
-        broken = (*self.locked, *self.limp)
-        return [hinge for joint, link in enumerate(self.links[1:]) for hinge in link.hinges if joint not in broken]
-
-    @cached_property
     def revolute(self) -> set[str | None]:
         """Names of joints with limits in a URDF file; MuJoCo does not keep the type, and ignores equal limits."""
         with reading("path", self.path, "well-formed XML"), open(self.path, "rb") as file:
@@ -209,10 +127,6 @@ class _Chain:
             file.seek(0)
             joints = ElementTree.parse(file).getroot().findall("joint")
         return {joint.get("name") for joint in joints if joint.get("type") == "revolute"}
-
-    def _is_off(self, flag: str) -> bool:
-        """Whether the file's option ``flag`` disables a part of the model."""
-        return bool(self.model.opt.disableflags & getattr(self.library.mjtDisableBit, f"mjDSBL_{flag}"))
 
     def _links_collide(self) -> bool:
         """Whether any two links can, as MuJoCo decides it for their geoms."""
@@ -227,7 +141,7 @@ class _Chain:
         np.fill_diagonal(meet, 0)
         first, second = (owner[model.geom_bodyid[geoms]] for geoms in (model.pair_geom1, model.pair_geom2))
         paired = (first >= 0) & (second >= 0) & (first != second)
-        return not self._is_off("CONTACT") and bool(meet.any() or paired.any())
+        return not self.actuation.is_off("CONTACT") and bool(meet.any() or paired.any())
 
     def _name(self, kind: str, number: int) -> str:
         name = self.library.mj_id2name(self.model, getattr(self.library.mjtObj, f"mjOBJ_{kind.upper()}"), number)
@@ -309,23 +223,6 @@ class _Chain:
             else:
                 merged.append(link)
         return merged
-
-    def _joints(self, hinges: Collection[int]) -> tuple[int, ...]:
-        """Joints of which all hinges are among these."""
-        return tuple(joint for joint, link in enumerate(self.links[1:]) if set(link.hinges) <= set(hinges))
-
-    def _undriven(self) -> list[int]:
-        """Hinges that no actuator drives, where one drives another."""
-        model = self.model
-        driven = model.actuator_trnid[np.isin(model.actuator_trntype, JOINTS), 0]
-        undriven = [hinge for hinge in self.hinges if hinge not in driven]
-        return undriven if len(undriven) < len(self.hinges) else []
-
-    def _limp(self) -> tuple[int, ...]:
-        """Joints that are not locked and that nothing drives; none where actuators drive more than joints."""
-        if not np.isin(self.model.actuator_trntype, JOINTS).all():
-            return ()
-        return tuple(joint for joint in self._joints(self._undriven()) if joint not in self.locked)
 
     def _mass(self, bodies: list[int]) -> tuple[float, Array, Array]:
         """Mass, CG, and inertia about it in the axes of the world."""
@@ -457,7 +354,7 @@ class _Chain:
     def _limit(self, link: _Link) -> Any:
         """The entry of ``Robot.joint_limit`` for the joint before a link; angles are zero in the straight robot."""
         model = self.model
-        limited = model.jnt_limited[link.hinges, None] & (not self._is_off("LIMIT"))
+        limited = model.jnt_limited[link.hinges, None] & (not self.actuation.is_off("LIMIT"))
         of_hinges = np.where(limited, model.jnt_range[link.hinges], [-np.inf, np.inf])
         of_hinges -= model.qpos0[model.jnt_qposadr[link.hinges], None]
         lower, upper = of_hinges[0].tolist()
@@ -478,13 +375,14 @@ class _Chain:
         """What the file has and the robot does not."""
         model = self.model
         locked, limp = (
-            [hinge for joint in joints for hinge in self.links[joint + 1].hinges] for joints in (self.locked, self.limp)
+            [hinge for joint in joints for hinge in self.links[joint + 1].hinges]
+            for joints in (self.actuation.locked, self.actuation.limp)
         )
         hinges = [hinge for hinge in self.hinges if hinge not in locked]
         dofs, held = model.jnt_dofadr[hinges], (model.qpos_spring - model.qpos0)[model.jnt_qposadr[locked]]
 
         # 1 for hinges whose values no motor has, 0 for the others.
-        others = np.where(np.isin(hinges, self._driven) & self.takes_motor, 0.0, 1.0)
+        others = np.where(np.isin(hinges, self.actuation.driven) & self.takes_motor, 0.0, 1.0)
 
         for body in self.crosses:
             if model.body_mass[body]:
@@ -513,7 +411,7 @@ class _Chain:
         for name in ("density", "viscosity"):
             if value := getattr(model.opt, name):
                 yield f"option {name} ({value:g})"
-        if passive := [hinge for hinge in self._undriven() if hinge not in (*locked, *limp)]:
+        if passive := [hinge for hinge in self.actuation.undriven() if hinge not in (*locked, *limp)]:
             more = f" and {len(passive) - 1} more" if len(passive) > 1 else ""
             yield f"that no actuator drives {self._name('joint', passive[0])}{more} (limp= says so)"
         if model.ntendon:
@@ -524,11 +422,6 @@ def _same(values: Any) -> Any:
     """One value in place of equal ones, if a field admits it for all links or joints, or a tuple of them."""
     first = values[0]
     return first if isinstance(first, str | float) and all(value == first for value in values) else tuple(values)
-
-
-def _largest(is_limited: Array, force: Array) -> Array:
-    """Largest forces to both sides."""
-    return np.where(is_limited, np.minimum(-force[:, 0], force[:, 1]), np.inf)
 
 
 def _named(vector: Array) -> Any:
