@@ -147,6 +147,7 @@ def _require_supported(scene: Scene, robot: Robot, controller: PD) -> None:
         # At the call of Scene.to_mjcf.
         warnings.warn("left out: the torque-speed line of robot.motor", UserWarning, stacklevel=4)
     for field, value, expected in (
+        ("robot.link_friction", robot.link_friction, 0.0),
         ("robot.backlash", max(per_axis(robot.backlash, robot)), 0.0),
         ("controller.active_from", controller.active_from, 0.0),
         ("controller.treatment", controller.treatment, "implicit"),

@@ -47,6 +47,8 @@ class Robot(Section):
         gravity: acceleration of gravity [m/s^2], > 0.
         self_contact: whether links that are not neighbours touch each other, or pass through each other as in the
             thesis. None: True in the planar and the spatial model with the method "implicit".
+        link_friction: coefficient of Coulomb friction between such links, >= 0; the planar model with the method
+            "implicit" only.
         joint_limit: largest angle of a joint to either side [rad], > 0, ``inf`` for none. None: a right angle in the
             planar and the spatial model with the method "implicit", none elsewhere. Or a sequence, one per joint, of
             such numbers or (lower, upper) with lower <= 0 <= upper. In the spatial model it limits yaw and pitch. There
@@ -94,6 +96,7 @@ class Robot(Section):
     gravity: float = _AIKO.gravity
     backlash: PerAxis = _AIKO.backlash
     self_contact: bool | None = _AIKO.self_contact
+    link_friction: float = _AIKO.link_friction
     joint_limit: float | Sequence[float | Sequence[float]] | None = _AIKO.joint_limit
     axes: AxisName | Sequence[AxisName | Sequence[float]] = _AIKO.axes
     motor: Motor | Sequence[Motor | Sequence[Motor]] | None = _AIKO.motor

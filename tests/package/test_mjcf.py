@@ -305,6 +305,7 @@ def test_rays_over_uneven_ground_and_among_bodies_are_those_of_mujoco(has_field)
         (Scene(spin_friction=0.05), {}, "scene.spin_friction"),
         (Scene(friction_law="ellipse"), {}, "scene.friction_law"),
         (Scene(), {"robot": Robot.aiko()}, "robot.backlash"),
+        (Scene(), {"robot": Robot(link_friction=0.1)}, "robot.link_friction"),
         (Scene(friction=(0.2, 0.5)), {"robot": Robot(contact_half_length=0.0)}, "robot.contact_half_length"),
         (Scene(), {"controller": PD(active_from=0.1)}, "controller.active_from"),
         (Scene(), {"controller": PD(treatment="step")}, "controller.treatment"),
@@ -324,7 +325,7 @@ def test_what_mujoco_does_not_have_is_refused_by_name(scene, options, field):
             Robot,
             "links length contact_half_length radius mass cg_offset inertia roll_inertia gravity self_contact "
             "joint_limit axes locked limp kp kd torque_limit friction_factor motor",
-            "backlash",
+            "backlash link_friction",
             "",
         ),
         # Smoothing is that of the laws that are refused, and a course the name of a preset.

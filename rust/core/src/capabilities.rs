@@ -81,6 +81,7 @@ pub enum Feature {
     Backlash,
     JointGains,
     SelfContact,
+    FrictionBetweenLinks,
     JointLimits,
     BrokenJoints,
     Motors,
@@ -110,7 +111,7 @@ pub struct Capability {
 }
 
 /// All features that not every model has.
-pub const CAPABILITIES: [Capability; 28] = {
+pub const CAPABILITIES: [Capability; 29] = {
     use Support::{Always, Implicit, Never};
     const fn row(feature: Feature, name: &'static str, off: &'static str, support: [Support; 3]) -> Capability {
         Capability { feature, name, off, support }
@@ -135,6 +136,7 @@ pub const CAPABILITIES: [Capability; 28] = {
         row(Feature::Backlash, "backlash of the joints", "0", [Implicit, Implicit, Never]),
         row(Feature::JointGains, "gains and torque limits of each joint", "None", [Implicit, Implicit, Never]),
         row(Feature::SelfContact, "contact of the robot with itself", "False", [Implicit, Implicit, Never]),
+        row(Feature::FrictionBetweenLinks, "friction between links of the robot", "0", [Implicit, Never, Never]),
         row(Feature::JointLimits, "limits of the joint angles", "inf", [Implicit, Implicit, Never]),
         row(Feature::BrokenJoints, "locked and limp joints", "()", [Implicit, Implicit, Implicit]),
         row(Feature::Motors, "a motor with rotor and gear", "None", [Implicit, Implicit, Never]),
@@ -255,6 +257,8 @@ pub fn require_supported(
     let offset = robot.cg_offset.values().iter().copied().find(|offset| *offset != 0.0);
     Feature::CgOffset.require(on, offset.is_some(), "robot.cg_offset", offset.unwrap_or_default())?;
     Feature::SelfContact.require(on, robot.self_contact == Some(true), "robot.self_contact", "True")?;
+    let (rubs, value) = (robot.link_friction > 0.0, robot.link_friction);
+    Feature::FrictionBetweenLinks.require(on, rubs, "robot.link_friction", value)?;
     let is_limited = robot.joint_limit.as_ref().is_some_and(PerAxis::is_limit);
     let value = match robot.joint_limit {
         Some(PerAxis::Same(limit)) => limit.to_string(),

@@ -84,6 +84,8 @@ pub struct RobotConfig {
     pub backlash: PerAxis,
     /// Whether links that are not neighbours touch each other; null: where the model has it.
     pub self_contact: Option<bool>,
+    /// Coefficient of friction between links that touch each other; the planar model only.
+    pub link_friction: f64,
     /// Limits of the joint angles \[rad\]; null: a right angle to either side where the model has limits, none elsewhere.
     #[serde(deserialize_with = "unbounded")]
     pub joint_limit: Option<PerAxis>,
@@ -128,6 +130,7 @@ impl Default for RobotConfig {
             gravity: 9.81,
             backlash: PerAxis::Same(0.0),
             self_contact: None,
+            link_friction: 0.0,
             joint_limit: None,
             axes: AxesConfig::default(),
             motor: None,
@@ -190,6 +193,8 @@ pub struct Robot {
     pub own_gains: [Option<Vec<[f64; 2]>>; 3],
     /// Whether links that are not neighbours touch each other, in models that have it.
     pub self_contact: bool,
+    /// Coefficient of friction between such links.
+    pub link_friction: f64,
     /// Least and largest angle of each joint, in models that have limits \[rad\].
     pub joint_bounds: Vec<[f64; 2]>,
     /// The axes of each joint in 3D.
@@ -275,6 +280,7 @@ impl Robot {
             backlash,
             own_gains,
             self_contact: config.self_contact.unwrap_or(true),
+            link_friction: non_negative("link_friction", config.link_friction)?,
             joint_bounds: joint_limit.bounds(n - 1)?,
             axes,
             lists_axes: config.axes != AxesConfig::default(),

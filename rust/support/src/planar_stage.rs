@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Vector2};
 use snake_core::laws::{ConvexSet, Ellipse};
 use snake_core::planar::{Heading, PlanarState, Stage, StageContact, StageJoint, StageLink, StagePair, Twist};
 use snake_core::robot::Robot;
+use snake_core::rows::FrictionRow;
 
 use crate::planar::Random;
 
@@ -39,6 +40,30 @@ pub fn joint_directions(stage: &Stage) -> DMatrix<f64> {
 /// # Panics
 /// If the constraints depend on each other.
 pub fn after_impact(robot: &Robot, state: &PlanarState, w: &DVector<f64>) -> Vec<Twist> {
+    impact(robot, state, &[w.clone()], w).0
+}
+
+/// The same with friction along `d`: whether it sticks, and the velocities after an impact with the impulse `P (w + f d)`,
+/// where f is what stops `d^T u`, or `mu` in that direction where it would be more.
+///
+/// # Panics
+/// As [`after_impact`].
+pub fn after_rough_impact(
+    robot: &Robot,
+    state: &PlanarState,
+    [w, d]: [&DVector<f64>; 2],
+    mu: f64,
+) -> (bool, Vec<Twist>) {
+    let (stuck, [pressed, held]) = impact(robot, state, &[w.clone(), d.clone()], w);
+    if held.abs() <= mu * pressed {
+        return (true, stuck);
+    }
+    (false, impact(robot, state, &[w.clone()], &(w + d * mu.copysign(held))).0)
+}
+
+/// Velocities after an impact that ends the rates of all `rows`, and the impulses along the first and the last of them; the
+/// impulse of the first one acts along `force`.
+fn impact(robot: &Robot, state: &PlanarState, rows: &[DVector<f64>], force: &DVector<f64>) -> (Vec<Twist>, [f64; 2]) {
     let mut stage = Stage::with_capacity(state.pose.len());
     stage.links.extend(robot.links.iter().zip(&state.pose).map(|(link, q)| StageLink {
         heading: Heading::of(q.z),
@@ -50,14 +75,18 @@ pub fn after_impact(robot: &Robot, state: &PlanarState, w: &DVector<f64>) -> Vec
         friction: Vector2::zeros(),
     }));
     let w_j = joint_directions(&stage);
-    let mut all = w_j.clone().insert_column(w_j.ncols(), 0.0);
-    all.set_column(w_j.ncols(), w);
+    let joints = w_j.ncols();
+    let mut all = w_j.insert_columns(joints, rows.len(), 0.0);
+    rows.iter().enumerate().for_each(|(k, row)| all.set_column(joints + k, row));
+    let mut forces = all.clone();
+    forces.set_column(joints, force);
     let inverse_mass = mass_matrix(&stage).map_diagonal(|m| 1.0 / m);
     let inverse_mass = DMatrix::from_diagonal(&inverse_mass);
     let u = stacked(&state.twist);
-    let impulses =
-        (all.transpose() * &inverse_mass * &all).lu().solve(&(-all.transpose() * &u)).expect("independent constraints");
-    unstacked(&(u + inverse_mass * all * impulses))
+    let rates = -all.transpose() * &u;
+    let impulses = (all.transpose() * &inverse_mass * &forces).lu().solve(&rates).expect("independent constraints");
+    let ends = [impulses[joints], impulses[impulses.len() - 1]];
+    (unstacked(&(u + inverse_mass * forces * impulses)), ends)
 }
 
 /// Columns span the motions with W_J^T u = 0: translations, then each link's rotation, which carries
@@ -298,6 +327,17 @@ pub fn fold(stage: &mut Stage, pairs: usize, random: &mut Random) {
         }
         stage.pairs.push(StagePair { links, direction, offset: random.between(0.0, 2e-3) });
     }
+}
+
+/// Gives the contacts between links friction along the surfaces, at a link's radius from their lines.
+pub fn roughen(stage: &mut Stage, coefficient: f64, random: &mut Random) {
+    let rub = |(normal, pair): (usize, &StagePair)| {
+        let turned = |w: Twist, arm: f64| Twist::new(-w.y, w.x, arm);
+        let direction = pair.direction.map(|w| turned(w, random.between(-0.06, 0.06)));
+        let along = StagePair { direction, offset: 0.0, ..*pair };
+        FrictionRow { normal, along, coefficient, bound: 0.0 }
+    };
+    stage.pair_friction = stage.pairs.iter().enumerate().map(rub).collect();
 }
 
 /// Gives the joints backlash: what it swallows is up to twice what the drive asks for at rest.

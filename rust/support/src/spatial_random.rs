@@ -54,6 +54,7 @@ pub fn random_joint(random: &mut Random, random_link: fn(&mut Random) -> Link) -
         backlash: vec![[0.0; 2]],
         own_gains: [None, None, None],
         self_contact: false,
+        link_friction: 0.0,
         joint_bounds: vec![[f64::NEG_INFINITY, f64::INFINITY]],
         axes: vec![Axes::Both],
         lists_axes: false,

@@ -29,9 +29,10 @@ impl LinkContact {
     }
 }
 
-/// Moment of a unit impulse across the normal, on the surface of a link at a coordinate along its centre line \[m\].
-fn lever(link: &Link, along: f64, normal: &Vector2<f64>, cos: f64, sin: f64) -> f64 {
-    along * normal.dot(&Vector2::new(cos, sin)) - link.radius
+/// Moment of a unit impulse across the normal, to its left, on the surface of a link: `radius` from a point of its centre
+/// line \[m\].
+pub(super) fn lever(along: f64, normal: &Vector2<f64>, axis: &Vector2<f64>, radius: f64) -> f64 {
+    along * normal.dot(axis) - radius
 }
 
 /// Gap g_H between `link` at `pose` = (x, y, theta) and `peg` \[m\].
@@ -79,7 +80,7 @@ pub fn link_peg_contact(pose: &Vector3<f64>, cos: f64, sin: f64, link: &Link, pe
     LinkContact {
         gap: distance - (peg.radius + link.radius),
         direction: Vector3::new(normal.x, normal.y, s * normal.dot(&lateral)),
-        lever: lever(link, s, &normal, cos, sin),
+        lever: lever(s, &normal, &Vector2::new(cos, sin), link.radius),
         is_redundant: false,
     }
 }
@@ -99,7 +100,7 @@ fn link_wall_contact(
     LinkContact {
         gap: at.distance - link.radius,
         direction: Vector3::new(at.normal.x, at.normal.y, along * at.normal.dot(&lateral)),
-        lever: lever(link, along, &at.normal, cos, sin),
+        lever: lever(along, &at.normal, &Vector2::new(cos, sin), link.radius),
         is_redundant: at.is_redundant,
     }
 }

@@ -9,6 +9,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::obstacles::{CentreLine, Node};
 
+use super::gap::lever;
 use super::outline::{features_of_pair, outline_pair_contact};
 
 /// A link in the plane, or something that can be pushed.
@@ -32,6 +33,18 @@ pub struct LinkPairContact {
     pub along: [f64; 2],
     /// w of both links: `gap' = w[0] . u_0 + w[1] . u_1` for their twists (T 3.16), (T 3.18).
     pub direction: [Vector3<f64>; 2],
+}
+
+impl LinkPairContact {
+    /// Generalised directions of unit impulses along the surfaces between links of these axes and radii, to the left of the
+    /// normal on the first and against it on the second. Both act halfway between the surfaces, so that they turn nothing together.
+    pub fn tangent(&self, axis: &[Vector2<f64>; 2], radius: &[f64; 2]) -> [Vector3<f64>; 2] {
+        let into = [self.normal, -self.normal];
+        [0, 1].map(|k| {
+            let lever = lever(self.along[k], &into[k], &axis[k], radius[k] + 0.5 * self.gap);
+            Vector3::new(-into[k].y, into[k].x, lever)
+        })
+    }
 }
 
 /// The contacts of a pair of links whose gap is below `margin`, each with the end that it belongs to: 0 and 1 are the first

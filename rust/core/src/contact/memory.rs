@@ -91,6 +91,13 @@ impl ContactMemory {
         self.known.clear();
     }
 
+    /// Takes friction on the first link of a contact that there is, frame I \[N\].
+    pub fn set_friction(&mut self, id: ContactId, friction: Vector3<f64>) {
+        if let Some((_, known)) = self.known.iter_mut().find(|(known, _)| *known == id) {
+            known.friction = friction;
+        }
+    }
+
     pub fn add(&mut self, id: ContactId, known: KnownContact) {
         self.known.push((id, known));
     }

@@ -11,9 +11,10 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::judge::{self, BalancedLink, ChainBalance, Mobility, worse};
 use crate::math::{Real, add_scaled};
+use crate::rows::{FrictionRow, Row};
 use crate::stepping::StageStop;
 
-use super::stage::{Stage, StageLink, StageObstacleFriction, StageSolution};
+use super::stage::{Stage, StageLink, StageSolution};
 
 /// Violations of a stage's equations; zero for the exact solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,8 +43,11 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
     let zero = T::zero();
     let mut certificate = Certificate { balance: zero, joint: zero, law: zero, gap: zero };
     verify_chain(stage, solution, &mut certificate);
-    for (friction, &impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
-        verify_obstacle_friction(friction, stage, solution, impulse, &mut certificate);
+    for (row, &impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
+        verify_friction(row, &solution.contact, (stage, solution), impulse, &mut certificate);
+    }
+    for (row, &impulse) in stage.pair_friction.iter().zip(&solution.pair_friction) {
+        verify_friction(row, &solution.pair, (stage, solution), impulse, &mut certificate);
     }
     let mass = |link: usize| stage.links[link].mass;
     let contacts = judge::rows(&stage.contacts, &solution.contact, &solution.twist, mass);
@@ -125,19 +129,18 @@ fn verify_stop<T: Real>(stop: &StageStop<T>, mass: T, rate: T, impulses: &[T; 2]
     }
 }
 
-/// Coulomb's law at an obstacle with the bound of the solution's own normal impulse, whatever bound the solver held.
+/// Coulomb's law at a contact with the bound of the solution's own `normal` impulse, whatever bound the solver held.
 #[inline(always)]
-fn verify_obstacle_friction<T: Real>(
-    friction: &StageObstacleFriction<T>,
-    stage: &Stage<T>,
-    solution: &StageSolution<T>,
+fn verify_friction<R: Row<Vector3<T>, T>, T: Real>(
+    row: &FrictionRow<R, T>,
+    normal: &[T],
+    (stage, solution): (&Stage<T>, &StageSolution<T>),
     impulse: T,
     certificate: &mut Certificate<T>,
 ) {
-    let (w, u) = (&friction.direction, &solution.twist[friction.link]);
-    let slip = w.x * u.x + w.y * u.y + w.z * u.z;
-    let bound = friction.coefficient * solution.contact[friction.contact];
-    let mass = stage.links[friction.link].mass;
+    let slip = row.along.rate(&solution.twist);
+    let bound = row.coefficient * normal[row.normal];
+    let mass = stage.links[row.along.first_link()].mass;
     let violation = judge::clamp(impulse, impulse - mass * slip, bound);
     certificate.law = worse(certificate.law, violation / mass);
     certificate.gap += worse(T::zero(), impulse * slip + bound * slip.abs());
@@ -155,11 +158,12 @@ fn end_velocity<T: Real>(link: &StageLink<T>, u: &Vector3<T>, side: T) -> Vector
 fn applied_impulse<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> Vector3<T> {
     let mut applied = own_impulse(stage, solution, i);
     for (friction, &impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
-        if friction.link == i {
-            applied = add_scaled(&applied, &friction.direction, impulse);
+        if friction.along.link == i {
+            applied = add_scaled(&applied, &friction.along.direction, impulse);
         }
     }
-    for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
+    let friction = stage.pair_friction.iter().map(|row| &row.along).zip(&solution.pair_friction);
+    for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair).chain(friction) {
         for (_, w) in pair.links.iter().zip(&pair.direction).filter(|(link, _)| **link == i) {
             applied = add_scaled(&applied, w, impulse);
         }

@@ -3,11 +3,9 @@
 use crate::contact::{NearPair, link_obstacle_gap};
 use crate::math::{Laned, Real};
 use crate::obstacles::ObstacleGrid;
-use crate::rows::Screw;
 use crate::stepping::lanes::{Lanes, active, mask};
 use crate::stepping::{ContactImpulse, Driven, Members, SolvedRows};
 
-use super::contacts::FrictionalContact;
 use super::workspace::{Motion, Workspace};
 use super::{Heading, Planar, PlanarSystem, Stage};
 
@@ -40,7 +38,7 @@ impl<T: Real> Workspace<T> {
         let Self { contacts, stage: Stage { coefficient: c, contacts: rows, obstacle_friction, .. }, solution, .. } =
             self;
         contacts.rows.lay_out(*c, rows, &mut solution.contact);
-        contacts.lay_out_friction(*c, obstacle_friction, &mut solution.obstacle_friction);
+        contacts.friction.lay_out(*c, &contacts.rows, rows, obstacle_friction, &mut solution.obstacle_friction);
         self.detect_self_contacts(members, pending);
     }
 
@@ -64,15 +62,11 @@ impl<T: Real> Workspace<T> {
         contacts.rows.read(&rows, closings, contact_impulses, |found, force| {
             members.body_mut(found.lane).warm_start.near.pairs_mut()[found.handle].known.force = force;
         });
-        for FrictionalContact { found, row, direction, .. } in contacts.frictional() {
-            let found = &contacts.rows.all()[*found];
-            let impulse = direction.linear() * Real::lane(&solution.obstacle_friction[*row], found.lane);
-            let pair = &mut members.body_mut(found.lane).warm_start.near.pairs_mut()[found.handle];
-            pair.known.friction = impulse / Real::lane(&c, found.lane);
-            if solved[found.lane] {
-                contact_impulses.push(found.impulse(found.row.link, impulse));
-            }
-        }
+        let solved_friction = (&solution.obstacle_friction[..], solved);
+        contacts.friction.read(c, &contacts.rows, solved_friction, contact_impulses, |of, force| {
+            let found = &contacts.rows.all()[of];
+            members.body_mut(found.lane).warm_start.near.pairs_mut()[found.handle].known.friction = force;
+        });
     }
 
     /// Gap of a pair at the end of the step \[m\].

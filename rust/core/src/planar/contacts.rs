@@ -4,11 +4,10 @@ use nalgebra::Vector3;
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
 use crate::contact::{LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, link_obstacle_contact, touching_distance};
-use crate::math::{Laned, Real};
+use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
-use crate::planar::{Heading, StageContact, StageObstacleFriction};
-use crate::rows::Screw;
-use crate::stepping::FoundRows;
+use crate::planar::{Heading, StageContact};
+use crate::stepping::{FoundFriction, FoundRows};
 
 use super::workspace::StageKinematics;
 
@@ -16,21 +15,9 @@ use super::workspace::StageKinematics;
 #[derive(Debug, Clone)]
 pub struct Contacts {
     pub rows: FoundRows<StageContact>,
-    /// Those of them that have friction, in their order.
-    frictional: Vec<FrictionalContact>,
+    pub friction: FoundFriction<StageContact>,
     /// Pairs of one robot within the margin, and how they are at the predicted end.
     close: Vec<(usize, LinkContact)>,
-}
-
-/// Friction of one contact of one robot.
-#[derive(Debug, Clone, Copy)]
-pub struct FrictionalContact {
-    /// Index of the contact among those found.
-    pub found: usize,
-    /// Its index in [`crate::planar::Stage::obstacle_friction`], once laid out.
-    pub row: usize,
-    pub direction: Vector3<f64>,
-    coefficient: f64,
 }
 
 impl Contacts {
@@ -38,14 +25,14 @@ impl Contacts {
         let pairs = PAIRS_PER_LINK * links;
         Self {
             rows: FoundRows::with_capacity(links, pairs * lanes),
-            frictional: Vec::with_capacity(pairs * lanes),
+            friction: FoundFriction::with_capacity(pairs * lanes),
             close: Vec::with_capacity(pairs),
         }
     }
 
     pub fn clear(&mut self) {
         self.rows.clear();
-        self.frictional.clear();
+        self.friction.clear();
     }
 
     /// Finds the contacts of a robot: its near pairs whose predicted gap is below the margin.
@@ -57,8 +44,8 @@ impl Contacts {
             let (plane, offset) = robot.plane(pair, at_end, obstacles);
             let coefficient = obstacles.friction(pair.obstacle);
             if coefficient > 0.0 && !plane.is_redundant {
-                let (found, direction) = (self.rows.all().len(), plane.tangent());
-                self.frictional.push(FrictionalContact { found, row: 0, direction, coefficient });
+                let along = StageContact { link, direction: plane.tangent(), offset: 0.0 };
+                self.friction.add(self.rows.all().len(), along, coefficient);
             }
             let row = StageContact { link, direction: plane.direction, offset };
             self.rows.add(robot.lane, pair.id(), *index, pair.known, row);
@@ -88,34 +75,6 @@ impl Contacts {
             at_end.gap
         });
         close.truncate(count);
-    }
-
-    /// Contacts with friction, of all lanes.
-    pub fn frictional(&self) -> &[FrictionalContact] {
-        &self.frictional
-    }
-
-    /// Gives the friction of every contact its row, in the order of the contacts that have been laid out; `impulses` are
-    /// those of the last forces over a stage of coefficient `c`.
-    pub fn lay_out_friction<T: Real>(&mut self, c: T, rows: &mut Vec<StageObstacleFriction<T>>, impulses: &mut Vec<T>) {
-        rows.clear();
-        impulses.clear();
-        let (found, zero) = (self.rows.all(), T::zero());
-        self.frictional.sort_unstable_by_key(|frictional| (found[frictional.found].slot, found[frictional.found].lane));
-        for frictional in &mut self.frictional {
-            let of = &found[frictional.found];
-            if rows.last().is_none_or(|last| last.contact != of.slot) {
-                let (contact, link, direction) = (of.slot, of.row.link, Screw::zero());
-                rows.push(StageObstacleFriction { contact, link, direction, coefficient: zero, bound: zero });
-                impulses.push(zero);
-            }
-            frictional.row = rows.len() - 1;
-            let row = &mut rows[frictional.row];
-            row.direction.set_lane(of.lane, &frictional.direction);
-            Real::set_lane(&mut row.coefficient, of.lane, frictional.coefficient);
-            let force = frictional.direction.xy().dot(&of.known.friction.xy());
-            Real::set_lane(&mut impulses[frictional.row], of.lane, force * Real::lane(&c, of.lane));
-        }
     }
 }
 

@@ -1,4 +1,5 @@
-use crate::math::{Real, dot};
+use crate::math::Real;
+use crate::rows::Row;
 use crate::stepping::EnergyLedger;
 
 use super::{Stage, StageSolution};
@@ -16,7 +17,10 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         work.friction += *impulse * u.z;
     }
     for (row, impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
-        work.friction += *impulse * dot(&row.direction, &twist[row.link]);
+        work.friction += *impulse * row.along.rate(twist);
+    }
+    for (row, impulse) in stage.pair_friction.iter().zip(&solution.pair_friction) {
+        work.friction += *impulse * row.along.rate(twist);
     }
     for (j, (impulse, motor)) in solution.gear.iter().zip(&stage.motors).enumerate() {
         work.friction += motor.gear_work(*impulse, twist[j + 1].z - twist[j].z);

@@ -5,10 +5,10 @@
 use nalgebra::Vector3;
 
 use crate::math::{Laned, Real, laned, write_lane};
-use crate::rows::{InLane, Screw, read_rows, write_rows};
+use crate::rows::{InLane, read_friction, read_rows, write_rows};
 use crate::stepping::StageStop;
 
-use super::{Heading, Stage, StageJoint, StageLink, StageObstacleFriction, StagePair, StageSolution};
+use super::{Heading, Stage, StageJoint, StageLink, StagePair, StageSolution};
 
 laned! {
     Heading { cos, sin };
@@ -38,15 +38,8 @@ impl<T: Real> Stage<T> {
         one.contacts.clear();
         one.contacts
             .extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| contact.lane(lane)));
-        one.obstacle_friction.clear();
-        let rows = self.obstacle_friction.iter().filter(|row| row.is_in(lane));
-        one.obstacle_friction.extend(rows.map(|row| StageObstacleFriction {
-            contact: self.contacts[..row.contact].iter().filter(|contact| contact.is_in(lane)).count(),
-            link: row.link,
-            direction: row.direction.lane(lane),
-            coefficient: Real::lane(&row.coefficient, lane),
-            bound: Real::lane(&row.bound, lane),
-        }));
+        read_friction(&self.obstacle_friction, &self.contacts, lane, &mut one.obstacle_friction);
+        read_friction(&self.pair_friction, &self.pairs, lane, &mut one.pair_friction);
         one.motors.clear();
         one.motors.extend(self.motors.iter().map(|motor| Laned::<T>::lane(motor, lane)));
         one.pairs.clear();
@@ -54,12 +47,6 @@ impl<T: Real> Stage<T> {
         one.stops.clear();
         one.pairs
             .extend(StageStop::in_lane(&self.stops, lane).map(|(joint, side)| self.stop_as_pair(lane, joint, side)));
-    }
-}
-
-impl<T: Real> InLane for StageObstacleFriction<T> {
-    fn is_in(&self, lane: usize) -> bool {
-        self.direction.lane(lane) != Screw::zero()
     }
 }
 
@@ -79,6 +66,7 @@ impl<T: Real> StageSolution<T> {
         read_rows(&self.contact, &stage.contacts, lane, &mut one.contact);
         read_rows(&self.obstacle_friction, &stage.obstacle_friction, lane, &mut one.obstacle_friction);
         read_rows(&self.pair, &stage.pairs, lane, &mut one.pair);
+        read_rows(&self.pair_friction, &stage.pair_friction, lane, &mut one.pair_friction);
         one.stop.clear();
         let stops = StageStop::in_lane(&stage.stops, lane);
         one.pair.extend(stops.map(|(joint, side)| Real::lane(&self.stop[joint][side], lane)));
@@ -94,6 +82,7 @@ impl<T: Real> StageSolution<T> {
         write_rows(&mut self.contact, &stage.contacts, lane, &one.contact);
         write_rows(&mut self.obstacle_friction, &stage.obstacle_friction, lane, &one.obstacle_friction);
         let written = write_rows(&mut self.pair, &stage.pairs, lane, &one.pair);
+        write_rows(&mut self.pair_friction, &stage.pair_friction, lane, &one.pair_friction);
         for ((joint, side), one) in StageStop::in_lane(&stage.stops, lane).zip(&one.pair[written..]) {
             Real::set_lane(&mut self.stop[joint][side], lane, *one);
         }

@@ -45,8 +45,8 @@ impl<T: Real> StageKinematics<'_, T> {
         );
     }
 
-    /// The row of a contact with a penetration of `depth` \[m\]; see [`super::contacts`] for where gaps are
-    /// linearised.
+    /// The row of a contact with a penetration of `depth` \[m\], and one along the surfaces; see [`super::contacts`] for where
+    /// gaps are linearised.
     pub fn row(
         &self,
         pair: [usize; 2],
@@ -54,27 +54,27 @@ impl<T: Real> StageKinematics<'_, T> {
         at_end: &[PlacedLink; 2],
         contact: &LinkPairContact,
         depth: f64,
-    ) -> StagePair {
-        let row = |LinkPairContact { gap, direction, .. }: &LinkPairContact, travelled: f64| StagePair {
-            links: pair,
-            direction: *direction,
-            offset: offset(*gap, travelled, depth, self.coefficient, self.elapsed),
-        };
-        let touching = self.nodes.get(pair[0]).radius + self.nodes.get(pair[1]).radius;
+    ) -> (StagePair, impl FnOnce() -> StagePair + use<T>) {
+        let radius = pair.map(|node| self.nodes.get(node).radius);
+        let touching = radius[0] + radius[1];
         let along = |direction: &[Vector3<f64>; 2], of: &dyn Fn(usize) -> Vector3<f64>| {
             direction[0].dot(&of(pair[0])) + direction[1].dot(&of(pair[1]))
         };
+        let (mut plane, mut axis) = (*contact, [at_end[0].axis, at_end[1].axis]);
+        let mut travelled = self.coefficient * along(&contact.direction, &|link| self.travel(link));
         let is_deep = contact.gap < -DEEP * touching || centre_lines_cross([&at_end[0], &at_end[1]]);
         if is_deep || self.bound.displacement > touching {
             let at_start = pair.map(|link| self.placed_at_start(link));
             let start = link_pair_contact([&at_start[0], &at_start[1]], end);
             let is_same_side = start.normal.dot(&contact.normal) > SAME_SIDE;
             if start.gap < f64::INFINITY && (is_deep || !is_same_side) {
-                let moved = |link: usize| self.base(link) - self.start(link);
-                return row(&start, -along(&start.direction, &moved));
+                (plane, axis) = (start, [at_start[0].axis, at_start[1].axis]);
+                travelled = -along(&start.direction, &|link| self.base(link) - self.start(link));
             }
         }
-        row(contact, self.coefficient * along(&contact.direction, &|link| self.travel(link)))
+        let row = move |direction: [Vector3<f64>; 2], offset: f64| StagePair { links: pair, direction, offset };
+        let offset = offset(plane.gap, travelled, depth, self.coefficient, self.elapsed);
+        (row(plane.direction, offset), move || row(plane.tangent(&axis, &radius), 0.0))
     }
 }
 

@@ -11,6 +11,7 @@
 
 mod certificate;
 mod contact_detection;
+mod contact_friction;
 mod contacts;
 mod energy;
 mod heading;
@@ -21,7 +22,6 @@ mod lane_fallback;
 mod lanes;
 mod link_pairs;
 mod model;
-mod obstacle_friction;
 mod penetration;
 mod self_contact;
 mod solver;
@@ -41,7 +41,9 @@ pub use lane_fallback::observe_hard_stages;
 pub use link_pairs::visit_movable_pairs;
 pub use model::{Body, Fleet, Planar, Scripted};
 pub use solver::{Descent, Fallback, InteriorPoint, Newton};
-pub use stage::{Stage, StageContact, StageJoint, StageLink, StageObstacleFriction, StagePair, StageSolution};
+pub use stage::{
+    Stage, StageContact, StageJoint, StageLink, StageObstacleFriction, StagePair, StagePairFriction, StageSolution,
+};
 pub use state::{Moved, PlanarState, Pose, Twist, is_plausible, link_energy};
 pub use system::PlanarSystem;
 pub use warm_start::WarmStart;

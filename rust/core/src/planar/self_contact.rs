@@ -10,7 +10,7 @@ use crate::math::{Laned, Mask, Real};
 use crate::obstacles::Nodes;
 use crate::robot::Robot;
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
-use crate::stepping::{ContactImpulse, Driven, FoundRows, Members, SolvedRows};
+use crate::stepping::{ContactImpulse, Driven, FoundFriction, FoundRows, Members, SolvedRows};
 
 use super::link_pairs::{place_in_lane, visit_movable_pairs};
 use super::workspace::{Motion, Workspace};
@@ -29,19 +29,22 @@ pub struct SelfContactDetection<T: Real> {
     /// The lanes that had contacts in the current step.
     near: Lanes,
     rows: FoundRows<StagePair>,
+    friction: FoundFriction<StagePair>,
 }
 
 impl<T: Real> SelfContactDetection<T> {
     /// Of robots among obstacles of which so many can be pushed.
     pub fn new(robot: &Robot, movables: usize) -> Self {
         let links = &robot.links;
+        let most = LINK_CONTACTS_PER_LINK * (links.len() + movables) * T::LANES;
         Self {
             bound: robot.self_contact.then(|| FoldingBound::new(links, CLEARANCE)),
             folded: T::Mask::of(|_| false),
             sharp: T::Mask::of(|_| false),
             close_pairs: ClosePairs::new(links),
             near: NO_LANES,
-            rows: FoundRows::with_capacity(0, LINK_CONTACTS_PER_LINK * (links.len() + movables) * T::LANES),
+            rows: FoundRows::with_capacity(0, most),
+            friction: FoundFriction::with_capacity(if robot.link_friction > 0.0 { most } else { 0 }),
         }
     }
 
@@ -92,8 +95,10 @@ impl<T: Real> Workspace<T> {
             return;
         }
         let Self { self_contacts, stage, solution, motion, own_movables, .. } = self;
-        let SelfContactDetection { rows, close_pairs, folded, sharp, near, .. } = self_contacts;
+        let SelfContactDetection { rows, friction, close_pairs, folded, sharp, near, .. } = self_contacts;
         rows.clear();
+        friction.clear();
+        let (chain, coefficient) = (members.system.robot.links.len(), members.system.robot.link_friction);
         for lane in active(pending) {
             if !folded.lane(lane) && own_movables[lane] == 0 {
                 continue;
@@ -103,7 +108,11 @@ impl<T: Real> Workspace<T> {
             let robot = motion.of_lane(nodes, lane, Real::lane(&stage.coefficient, lane));
             let mut add = |pair: [usize; 2], feature: usize, at_end: &[PlacedLink; 2], contact: &LinkPairContact| {
                 let known = body.warm_start.self_contacts.of(ContactId::of_pair(pair, feature));
-                rows.add(lane, feature, known, robot.row(pair, feature, at_end, contact, known.depth));
+                let (row, along) = robot.row(pair, feature, at_end, contact, known.depth);
+                if coefficient > 0.0 && pair[1] < chain {
+                    friction.add(rows.all().len(), along(), coefficient);
+                }
+                rows.add(lane, feature, known, row);
                 near[lane] = true;
             };
             if folded.lane(lane) {
@@ -112,6 +121,8 @@ impl<T: Real> Workspace<T> {
             robot.visit_movable_contacts(add);
         }
         rows.lay_out(stage.coefficient, &mut stage.pairs, &mut solution.pair);
+        let (c, impulses) = (stage.coefficient, &mut solution.pair_friction);
+        friction.lay_out(c, rows, &stage.pairs, &mut stage.pair_friction, impulses);
     }
 
     /// Keeps the forces as the next initial guess, and records which contacts close in the `solved` lanes.
@@ -133,6 +144,14 @@ impl<T: Real> Workspace<T> {
             }
             let known = KnownContact { force, ..found.known };
             members.body_mut(found.lane).warm_start.self_contacts.add(found.id, known);
+        });
+        let SelfContactDetection { rows, friction, .. } = self_contacts;
+        let solved_friction = (&solution.pair_friction[..], solved);
+        friction.read(coefficient, rows, solved_friction, contact_impulses, |of, force| {
+            let found = &rows.all()[of];
+            if solved[found.lane] {
+                members.body_mut(found.lane).warm_start.self_contacts.set_friction(found.id, force);
+            }
         });
     }
 

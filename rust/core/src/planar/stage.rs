@@ -10,7 +10,7 @@
 //! torque taken at the end of the stage, and the optimality condition of a strongly convex problem:
 //! u minimises `|u - u_ref|_M^2 / 2 + sum support_{C_T}(-gamma_T) + sum psi(gamma_tau)` subject to the
 //! joints and to `W_H^T u + offset >= 0`. So u exists and is unique without friction at
-//! obstacles ([`StageObstacleFriction`]); the impulses need not be.
+//! contacts ([`FrictionRow`]); the impulses need not be.
 //! Implicit Euler is one stage with coefficient h; higher order composes several.
 
 use nalgebra::{Vector2, Vector3};
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::laws::{Halves, Skin};
 use crate::math::Real;
-use crate::rows::{ContactRow, MotorRow, PairRow, Saved, is_zero};
+use crate::rows::{ContactRow, FrictionRow, MotorRow, PairRow, Saved, is_zero};
 use crate::stepping::StageStop;
 
 use super::Heading;
@@ -66,23 +66,11 @@ pub type StageContact<T = f64> = ContactRow<Vector3<T>, T>;
 /// Contact between two links of the robot.
 pub type StagePair<T = f64> = PairRow<Vector3<T>, T>;
 
-/// Coulomb friction of one of the contacts of a stage. A lane without it has direction 0.
-///
-/// `-w^T u in N_[-b, b](P)` with `b = mu P_H`. Since P_H is an unknown, a stage with it is no optimisation problem: it is
-/// solved as one for held bounds, again and again until the bounds are those of its own solution, or by the fallback.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(bound = "T: Saved", deny_unknown_fields)]
-pub struct StageObstacleFriction<T = f64> {
-    /// Index of the contact.
-    pub contact: usize,
-    pub link: usize,
-    /// w, along the surface of the obstacle.
-    pub direction: Vector3<T>,
-    /// mu.
-    pub coefficient: T,
-    /// The bound b that is held \[N s\].
-    pub bound: T,
-}
+/// Friction of a contact with an obstacle.
+pub type StageObstacleFriction<T = f64> = FrictionRow<StageContact<T>, T>;
+
+/// Friction of a contact between two links.
+pub type StagePairFriction<T = f64> = FrictionRow<StagePair<T>, T>;
 
 /// Data of one stage, of one robot or of several side by side.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -110,6 +98,9 @@ pub struct Stage<T = f64> {
     pub obstacle_friction: Vec<StageObstacleFriction<T>>,
     /// Contacts of the robot with itself.
     pub pairs: Vec<StagePair<T>>,
+    /// Of those of them that have it, in their order.
+    #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
+    pub pair_friction: Vec<StagePairFriction<T>>,
 }
 
 impl<T: Real> StageLink<T> {
@@ -152,7 +143,14 @@ impl<T: Real> Stage<T> {
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
             obstacle_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            pair_friction: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
+    }
+
+    /// Whether it is an optimisation problem: no contact has friction.
+    #[inline(always)]
+    pub fn is_convex(&self) -> bool {
+        self.obstacle_friction.is_empty() && self.pair_friction.is_empty()
     }
 }
 
@@ -237,6 +235,8 @@ pub struct StageSolution<T = f64> {
     pub obstacle_friction: Vec<T>,
     /// Impulse of each entry of [`Stage::pairs`] \[N s\].
     pub pair: Vec<T>,
+    /// Impulse of each entry of [`Stage::pair_friction`] \[N s\].
+    pub pair_friction: Vec<T>,
 }
 
 impl StageSolution {
@@ -267,6 +267,7 @@ impl<T: Real> StageSolution<T> {
             contact: Vec::with_capacity(PAIRS_PER_LINK * links),
             obstacle_friction: Vec::with_capacity(PAIRS_PER_LINK * links),
             pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            pair_friction: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::math::{Laned, Real};
 
-use super::{ContactRow, PairRow, Screw};
+use super::{ContactRow, FrictionRow, PairRow, Screw};
 
 /// A row of some lanes: in the others its directions are zero.
 pub trait InLane {
@@ -20,6 +20,26 @@ impl<S: Screw<T, One: Screw<f64>>, T: Real> InLane for PairRow<S, T> {
     fn is_in(&self, lane: usize) -> bool {
         self.direction[0].lane(lane) != Screw::zero()
     }
+}
+
+impl<R: InLane, T> InLane for FrictionRow<R, T> {
+    fn is_in(&self, lane: usize) -> bool {
+        self.along.is_in(lane)
+    }
+}
+
+/// Replaces `to` by the friction that a lane has, of the `normal` rows that it has.
+pub fn read_friction<T: Real, R: Laned<T> + InLane>(
+    from: &[FrictionRow<R, T>],
+    normal: &[R],
+    lane: usize,
+    to: &mut Vec<FrictionRow<R::One>>,
+) {
+    to.clear();
+    to.extend(from.iter().filter(|row| row.is_in(lane)).map(|row| FrictionRow {
+        normal: normal[..row.normal].iter().filter(|normal| normal.is_in(lane)).count(),
+        ..row.lane(lane)
+    }));
 }
 
 /// Replaces `to` by what belongs to the rows that a lane has.

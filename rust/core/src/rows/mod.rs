@@ -10,8 +10,8 @@ mod row;
 mod saved;
 mod screw;
 
-pub use in_lane::{InLane, read_rows, write_rows};
+pub use in_lane::{InLane, read_friction, read_rows, write_rows};
 pub use motor::MotorRow;
-pub use row::{ContactRow, PairRow, Row};
+pub use row::{ContactRow, FrictionRow, PairRow, Row};
 pub use saved::{Saved, SavedStage, is_zero, limit};
 pub use screw::Screw;

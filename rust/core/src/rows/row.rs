@@ -27,14 +27,38 @@ pub struct PairRow<S, T = f64> {
     pub offset: T,
 }
 
-/// A row with an impulse that is nonnegative, and zero while the row is open.
+/// Coulomb friction of one of the rows of a stage, along a row between the same links whose offset is not used. A lane
+/// without it has directions 0.
+///
+/// `-w^T u in N_[-b, b](P)` with `b = mu P_H`. Since P_H is an unknown, a stage with it is no optimisation problem: it is
+/// solved as one for held bounds, again and again until the bounds are those of its own solution, or by the fallback.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionRow<R, T = f64> {
+    /// Index of the row whose impulse P_H presses.
+    pub normal: usize,
+    /// Along the surfaces, to the left of the normal.
+    pub along: R,
+    /// mu.
+    pub coefficient: T,
+    /// The bound b that is held \[N s\].
+    pub bound: T,
+}
+
+/// A row with an impulse that is nonnegative, and zero while the row is open, or one along which there is friction.
 pub trait Row<S: Screw<T>, T: Real> {
     fn offset(&self) -> T;
 
     fn first_link(&self) -> usize;
 
+    /// The same row in no lane.
+    fn vacated(&self) -> Self;
+
     /// The links on which it acts, and its directions.
     fn parts(&self) -> impl Iterator<Item = (usize, &S)>;
+
+    /// The direction on the first of these links.
+    fn first_direction(&self) -> &S;
 
     /// Rate at which the gap opens under the twists of the links \[m/s\].
     #[inline(always)]
@@ -64,9 +88,17 @@ impl<S: Screw<T>, T: Real> Row<S, T> for ContactRow<S, T> {
         self.link
     }
 
+    fn vacated(&self) -> Self {
+        Self::empty(self.link)
+    }
+
     #[inline(always)]
     fn parts(&self) -> impl Iterator<Item = (usize, &S)> {
         std::iter::once((self.link, &self.direction))
+    }
+
+    fn first_direction(&self) -> &S {
+        &self.direction
     }
 }
 
@@ -81,9 +113,17 @@ impl<S: Screw<T>, T: Real> Row<S, T> for PairRow<S, T> {
         self.links[0]
     }
 
+    fn vacated(&self) -> Self {
+        Self::empty(self.links)
+    }
+
     #[inline(always)]
     fn parts(&self) -> impl Iterator<Item = (usize, &S)> {
         self.links.into_iter().zip(&self.direction)
+    }
+
+    fn first_direction(&self) -> &S {
+        &self.direction[0]
     }
 }
 
@@ -129,5 +169,25 @@ impl<S: Laned<T>, T: Real> Laned<T> for PairRow<S, T> {
             lanes.set_lane(lane, direction);
         }
         Real::set_lane(&mut self.offset, lane, one.offset);
+    }
+}
+
+/// The normal row stays the one it is.
+impl<R: Laned<T>, T: Real> Laned<T> for FrictionRow<R, T> {
+    type One = FrictionRow<R::One>;
+
+    fn lane(&self, lane: usize) -> Self::One {
+        FrictionRow {
+            normal: self.normal,
+            along: self.along.lane(lane),
+            coefficient: Real::lane(&self.coefficient, lane),
+            bound: Real::lane(&self.bound, lane),
+        }
+    }
+
+    fn set_lane(&mut self, lane: usize, one: &Self::One) {
+        self.along.set_lane(lane, &one.along);
+        Real::set_lane(&mut self.coefficient, lane, one.coefficient);
+        Real::set_lane(&mut self.bound, lane, one.bound);
     }
 }

@@ -5,6 +5,7 @@
 //!
 //! `x - y z`, `z = H^-1 w`, `y = r w^T x / (1 + r w^T z)`.
 //!
+//! The same with `H + r c w^T` and `z = H^-1 c` for a column c of its own, as friction has that grows with a normal impulse.
 //! A row costs one more substitution of the chain and the corrections by the rows before it, so that k rows on n links
 //! cost O(k n + k^2 n). Rows of no stiffness are admissible: they change nothing.
 
@@ -35,8 +36,8 @@ pub(crate) trait EliminatedChain<T, D, S> {
     fn len(&self) -> usize;
     fn step(&self, link: usize) -> S;
     fn set_step(&mut self, link: usize, step: S);
-    /// Appends H^-1 w of all links to `response`.
-    fn respond(&mut self, coupling: &Coupling<T, D>, response: &mut Vec<S>);
+    /// Appends H^-1 c of all links to `response`, of a column on these two links.
+    fn respond(&mut self, links: [usize; 2], column: &[D; 2], response: &mut Vec<S>);
 }
 
 /// Workspace of the correction.
@@ -64,7 +65,7 @@ impl<T: Real, D> Coupling<T, D> {
 impl<D, S> LowRank<f64, D, S> {
     /// Sign of the factor by which the rows of the last correction changed the determinant of the matrix.
     pub fn orientation(&self) -> f64 {
-        self.applied.iter().map(|(_, factor)| factor.signum()).product()
+        self.applied.iter().map(|(coupling, factor)| (coupling.stiffness * factor).signum()).product()
     }
 }
 
@@ -81,21 +82,28 @@ impl<T: Real, D: Copy, S: LinkStep<T, D>> LowRank<T, D, S> {
         couplings: impl Iterator<Item = Coupling<T, D>>,
         chain: &mut impl EliminatedChain<T, D, S>,
     ) -> T {
-        self.response.clear();
-        self.applied.clear();
-        let (links, mut lost) = (chain.len(), T::zero());
+        self.clear();
+        let mut lost = T::zero();
         for coupling in couplings {
             if T::zero().lt(coupling.stiffness).any() {
-                lost += self.apply(coupling, links, chain);
+                lost += self.apply(coupling, &coupling.direction, chain);
             }
         }
         lost
     }
 
+    /// Begins a correction that [`Self::apply`] makes coupling by coupling.
     #[inline(always)]
-    fn apply(&mut self, coupling: Coupling<T, D>, links: usize, chain: &mut impl EliminatedChain<T, D, S>) -> T {
-        let own = self.response.len();
-        chain.respond(&coupling, &mut self.response);
+    pub fn clear(&mut self) {
+        self.response.clear();
+        self.applied.clear();
+    }
+
+    /// Turns steps without this coupling into those with it, `r c w^T` with its column c.
+    #[inline(always)]
+    pub fn apply(&mut self, coupling: Coupling<T, D>, column: &[D; 2], chain: &mut impl EliminatedChain<T, D, S>) -> T {
+        let (own, links) = (self.response.len(), chain.len());
+        chain.respond(coupling.links, column, &mut self.response);
         for (k, (earlier, factor)) in self.applied.iter().enumerate() {
             let y = *factor * earlier.along(|link| self.response[own + link]);
             for link in 0..links {

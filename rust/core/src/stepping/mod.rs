@@ -11,6 +11,7 @@ mod closing;
 mod config;
 pub(crate) mod energy;
 mod fleet;
+mod found_friction;
 mod found_rows;
 mod friction_shares;
 mod group;
@@ -41,6 +42,7 @@ pub use config::{
 };
 pub use energy::EnergyLedger;
 pub use fleet::Fleet;
+pub use found_friction::FoundFriction;
 pub use found_rows::{FoundRow, FoundRows, SolvedRows};
 pub use friction_shares::{ContactPoint, FrictionShares};
 pub use joint_stops::{JointStops, StageStop};

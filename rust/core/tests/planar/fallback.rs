@@ -110,6 +110,7 @@ fn pinched(offset: f64) -> Stage {
         stops: Vec::new(),
         obstacle_friction: Vec::new(),
         pairs: Vec::new(),
+        pair_friction: Vec::new(),
     }
 }
 

@@ -17,6 +17,7 @@ mod impact_laws;
 mod io_control;
 mod joint_gain_laws;
 mod joint_limit_laws;
+mod link_friction_laws;
 mod link_pair_geometry;
 mod motor_laws;
 mod movable_laws;

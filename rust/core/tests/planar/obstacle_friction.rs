@@ -95,7 +95,8 @@ fn solution_of_modes(stage: &Stage, actuator: usize, modes: usize) -> Option<Sta
         b.tr_mul(&row)
     };
     let normal: Vec<_> = stage.contacts.iter().map(|contact| row(contact.link, &contact.direction)).collect();
-    let tangent: Vec<_> = stage.obstacle_friction.iter().map(|row_of| row(row_of.link, &row_of.direction)).collect();
+    let tangent: Vec<_> =
+        stage.obstacle_friction.iter().map(|row_of| row(row_of.along.link, &row_of.along.direction)).collect();
     let joint = &stage.joints[0];
     let drive = b.tr_mul(&dense::drive_directions(stage)).column(0).into_owned();
     let (stiffness, constant) = match actuator {

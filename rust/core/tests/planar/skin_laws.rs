@@ -3,8 +3,9 @@
 use nalgebra::Vector2;
 use snake_core::gait::Wave;
 use snake_core::laws::Skin;
-use snake_core::planar::{Fallback, InteriorPoint, Newton, Stage, StageSolution, Twist, certify};
+use snake_core::planar::{Fallback, InteriorPoint, Newton, Stage, StageContact, StageSolution, Twist, certify};
 use snake_core::robot::{PerLink, RobotConfig};
+use snake_core::rows::FrictionRow;
 use snake_core::scene::SceneConfig;
 use snake_core::solver::SolveStatus;
 use snake_core::stepping::ImplicitConfig;
@@ -182,11 +183,11 @@ fn stages_with_friction_at_obstacles_are_solved() {
     for case in 0..180 {
         let mut stage = random_stage(case, &mut random);
         stage.obstacle_friction = (0..stage.contacts.len())
-            .map(|contact| {
-                let row = &stage.contacts[contact];
+            .map(|normal| {
+                let row = &stage.contacts[normal];
                 let direction = Twist::new(-row.direction.y, row.direction.x, 0.0);
-                let (link, coefficient) = (row.link, 0.4);
-                snake_core::planar::StageObstacleFriction { contact, link, direction, coefficient, bound: 0.0 }
+                let along = StageContact { link: row.link, direction, offset: 0.0 };
+                FrictionRow { normal, along, coefficient: 0.4, bound: 0.0 }
             })
             .collect();
         if stage.contacts.is_empty() {

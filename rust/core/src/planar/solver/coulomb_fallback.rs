@@ -1,5 +1,5 @@
-//! Fallback for a stage with friction at obstacles, which is no optimisation problem: the coupled Newton iteration from
-//! what the lanes left, from free motion, and along paths on which friction at obstacles grows.
+//! Fallback for a stage with friction at contacts, which is no optimisation problem: the coupled Newton iteration from
+//! what the lanes left, from free motion, and along paths on which friction at contacts grows.
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::{Stage, StageSolution, certify};
@@ -18,7 +18,7 @@ pub(super) struct CoulombFallback {
 
 impl CoulombFallback {
     pub fn new(links: usize) -> Self {
-        let unknowns = (4 + 2 * PAIRS_PER_LINK + LINK_CONTACTS_PER_LINK) * links + 2;
+        let unknowns = (4 + 2 * PAIRS_PER_LINK + 2 * LINK_CONTACTS_PER_LINK) * links + 2;
         Self { newton: CoulombNewton::new(links), path: CoulombPath::new(unknowns), trial: StageSolution::new(links) }
     }
 
@@ -62,13 +62,23 @@ impl CoulombFallback {
 
     /// The reference velocity without impulses.
     fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution { twist, friction, spin, actuator, gear, contact, obstacle_friction, pair, .. } =
-            &mut self.trial;
+        let StageSolution {
+            twist,
+            friction,
+            spin,
+            actuator,
+            gear,
+            contact,
+            obstacle_friction,
+            pair,
+            pair_friction,
+            ..
+        } = &mut self.trial;
         for (twist, link) in twist.iter_mut().zip(&stage.links) {
             *twist = link.reference;
         }
         friction.iter_mut().for_each(|impulse| impulse.fill(0.0));
-        for impulses in [spin, actuator, gear, contact, obstacle_friction, pair] {
+        for impulses in [spin, actuator, gear, contact, obstacle_friction, pair, pair_friction] {
             impulses.fill(0.0);
         }
     }

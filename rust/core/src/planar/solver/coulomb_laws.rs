@@ -1,11 +1,11 @@
 //! The [laws with impulses as unknowns of their own](crate::solver::UnilateralLaw) of the planar chain: friction on the
-//! ground, contacts with obstacles and their friction, whose bound grows with the normal impulse, and contacts between
-//! links.
+//! ground, contacts with obstacles and between links, and their friction, whose bound grows with the normal impulse.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::laws::{Ball, ConvexSet, Interval, Skin};
-use crate::planar::{Heading, StageContact, StageLink, StageObstacleFriction, StagePair};
+use crate::planar::{Heading, StageContact, StageLink};
+use crate::rows::{FrictionRow, Row};
 use crate::solver::{CoulombForm, DiscTangent, UnilateralLaw};
 
 use super::coulomb_sweep::Balance;
@@ -30,11 +30,10 @@ pub(super) struct GroundLaw {
     defect: Vector3<f64>,
 }
 
-/// Contact with an obstacle.
+/// Contact with an obstacle or between links.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ContactLaw {
-    pub link: usize,
-    direction: Vector3<f64>,
+pub(super) struct ContactLaw<R> {
+    pub row: R,
     pub law: UnilateralLaw,
     pub shift: Shift,
 }
@@ -51,12 +50,8 @@ pub(super) struct Shift {
 
 /// Friction of one of these contacts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ObstacleFrictionLaw {
-    pub link: usize,
-    /// Index of the contact.
-    pub contact: usize,
-    direction: Vector3<f64>,
-    coefficient: f64,
+pub(super) struct ContactFrictionLaw<R> {
+    pub row: FrictionRow<R>,
     /// Part s of the coefficient that is in force, and its change over the present step.
     share: f64,
     share_step: f64,
@@ -68,9 +63,11 @@ pub(super) struct ObstacleFrictionLaw {
     z: f64,
     /// P - prox(z) \[N s\].
     defect: f64,
-    /// Change of the impulse with the twist for which the linearised law holds.
-    constant: f64,
-    slope: Vector3<f64>,
+    /// Change of the impulse for which the linearised law holds: constant, and slope by the velocity along the row, or by
+    /// that of the normal row while friction grows with its impulse.
+    pub constant: f64,
+    pub slope: f64,
+    grows: bool,
 }
 
 /// Friction of the ground against the spin of a link.
@@ -87,14 +84,6 @@ pub(super) struct SpinLaw {
     z: f64,
     /// P - prox(z) \[N s\].
     defect: f64,
-}
-
-/// Contact between two links.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PairLaw {
-    pub links: [usize; 2],
-    pub direction: [Vector3<f64>; 2],
-    pub law: UnilateralLaw,
 }
 
 impl GroundLaw {
@@ -176,46 +165,42 @@ impl Shift {
     }
 }
 
-impl ContactLaw {
-    pub fn new(contact: &StageContact, impulse: f64) -> Self {
-        let law = UnilateralLaw::new(contact.offset, impulse);
-        Self { link: contact.link, direction: contact.direction, law, shift: Shift::default() }
+impl<R: Row<Vector3<f64>, f64>> ContactLaw<R> {
+    pub fn new(row: R, impulse: f64) -> Self {
+        let law = UnilateralLaw::new(row.offset(), impulse);
+        Self { row, law, shift: Shift::default() }
     }
 
     /// Change of the impulse, and the same per velocity, with which the linearised law holds.
-    fn tangent(&self, form: &CoulombForm) -> (f64, f64) {
+    pub fn tangent(&self, form: &CoulombForm) -> (f64, f64) {
         let (constant, slope) = self.law.tangent(form);
         (constant + slope * self.shift.step, slope)
     }
 
     /// Returns the defect \[N s\].
-    pub fn measure(&mut self, twist: &Vector3<f64>, form: &CoulombForm) -> f64 {
-        self.law.measure(self.direction.dot(twist) + self.shift.now, form)
+    pub fn measure(&mut self, twist: impl Fn(usize) -> Vector3<f64>, form: &CoulombForm) -> f64 {
+        self.law.measure(rate(&self.row, 1.0, twist) + self.shift.now, form)
     }
 
-    /// As [`GroundLaw::add_to`].
-    pub fn add_to(&self, balance: &mut Balance, form: &CoulombForm) {
-        let (constant, slope) = self.tangent(form);
-        balance.matrix -= self.direction * (self.direction * slope).transpose();
-        balance.load += self.direction * constant;
-    }
-
-    pub fn force(&self) -> Vector3<f64> {
-        self.direction * self.law.impulse
-    }
-
-    pub fn find_step(&mut self, twist_step: &Vector3<f64>, form: &CoulombForm) {
-        self.law.find_step(self.direction.dot(twist_step) + self.shift.step, form);
+    pub fn find_step(&mut self, twist_step: impl Fn(usize) -> Vector3<f64>, form: &CoulombForm) {
+        self.law.find_step(rate(&self.row, 1.0, twist_step) + self.shift.step, form);
     }
 }
 
-impl ObstacleFrictionLaw {
-    pub fn new(friction: &StageObstacleFriction, impulse: f64) -> Self {
+impl ContactLaw<StageContact> {
+    /// As [`GroundLaw::add_to`].
+    pub fn add_to(&self, balance: &mut Balance, form: &CoulombForm) {
+        let (constant, slope) = self.tangent(form);
+        let w = &self.row.direction;
+        balance.matrix -= w * (w * slope).transpose();
+        balance.load += w * constant;
+    }
+}
+
+impl<R: Row<Vector3<f64>, f64>> ContactFrictionLaw<R> {
+    pub fn new(row: FrictionRow<R>, impulse: f64) -> Self {
         Self {
-            link: friction.link,
-            contact: friction.contact,
-            direction: friction.direction,
-            coefficient: friction.coefficient,
+            row,
             share: 1.0,
             share_step: 0.0,
             shift: Shift::default(),
@@ -226,36 +211,48 @@ impl ObstacleFrictionLaw {
             z: 0.0,
             defect: 0.0,
             constant: 0.0,
-            slope: Vector3::zeros(),
+            slope: 0.0,
+            grows: false,
         }
     }
 
     /// Evaluates the law under its contact's normal impulse; returns the defect \[N s\].
-    pub fn measure(&mut self, twist: &Vector3<f64>, normal: &UnilateralLaw, form: &CoulombForm) -> f64 {
-        let slip = self.direction.dot(twist) + self.shift.now;
+    pub fn measure(
+        &mut self,
+        twist: impl Fn(usize) -> Vector3<f64>,
+        normal: &UnilateralLaw,
+        form: &CoulombForm,
+    ) -> f64 {
+        let slip = rate(&self.row.along, 1.0, twist) + self.shift.now;
         self.z = self.impulse - (slip + (self.impulse - self.centre) * form.compliance) * form.weight;
         self.defect = self.impulse - Interval { limit: self.bound(normal) }.project(self.z);
         self.defect
     }
 
     fn bound(&self, normal: &UnilateralLaw) -> f64 {
-        self.share * self.coefficient * normal.impulse.max(0.0)
+        self.share * self.row.coefficient * normal.impulse.max(0.0)
     }
 
     /// Linearises the law together with that of its contact.
-    pub fn linearise(&mut self, contact: &ContactLaw, form: &CoulombForm) {
+    pub fn linearise(&mut self, contact: &ContactLaw<R>, form: &CoulombForm) {
         let bound = self.bound(&contact.law);
-        if self.z.abs() <= bound && bound > 0.0 {
-            let (constant, slope) = form.opening_tangent(true, self.defect);
-            (self.constant, self.slope) = (constant + slope * self.shift.step, self.direction * slope);
-        } else {
+        self.grows = self.z.abs() > bound || bound <= 0.0;
+        if self.grows {
             let (constant, slope) = if contact.law.carries() { contact.tangent(form) } else { (0.0, 0.0) };
-            let coefficient = self.coefficient.copysign(self.z);
+            let coefficient = self.row.coefficient.copysign(self.z);
             let grows = self.share * coefficient;
             let grown = self.share_step * coefficient * contact.law.impulse.max(0.0);
             self.constant = grows * constant + grown - self.defect;
-            self.slope = contact.direction * (grows * slope);
+            self.slope = grows * slope;
+        } else {
+            let (constant, slope) = form.opening_tangent(true, self.defect);
+            (self.constant, self.slope) = (constant + slope * self.shift.step, slope);
         }
+    }
+
+    /// The row by whose velocity the impulse changes.
+    pub fn driver<'a>(&'a self, contact: &'a ContactLaw<R>) -> &'a R {
+        if self.grows { &contact.row } else { &self.row.along }
     }
 
     /// Takes the part s of the coefficient.
@@ -270,19 +267,9 @@ impl ObstacleFrictionLaw {
         self.shift.set_share_step(change);
     }
 
-    /// As [`GroundLaw::add_to`].
-    pub fn add_to(&self, balance: &mut Balance) {
-        balance.matrix -= self.direction * self.slope.transpose();
-        balance.load += self.direction * self.constant;
-    }
-
-    pub fn force(&self) -> Vector3<f64> {
-        self.direction * self.impulse
-    }
-
-    pub fn find_step(&mut self, twist_step: &Vector3<f64>) {
+    pub fn find_step(&mut self, twist_step: impl Fn(usize) -> Vector3<f64>, contact: &ContactLaw<R>) {
         self.start = self.impulse;
-        self.step = self.constant + self.slope.dot(twist_step);
+        self.step = self.constant + rate(self.driver(contact), self.slope, twist_step);
     }
 
     pub fn move_along(&mut self, fraction: f64) {
@@ -293,6 +280,20 @@ impl ObstacleFrictionLaw {
     pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
         visitor(&mut self.impulse, self.step);
     }
+}
+
+impl ContactFrictionLaw<StageContact> {
+    /// As [`GroundLaw::add_to`].
+    pub fn add_to(&self, balance: &mut Balance, contact: &ContactLaw<StageContact>) {
+        let w = &self.row.along.direction;
+        balance.matrix -= w * (self.driver(contact).direction * self.slope).transpose();
+        balance.load += w * self.constant;
+    }
+}
+
+/// Rate along `factor` times a row under these twists.
+fn rate(row: &impl Row<Vector3<f64>, f64>, factor: f64, twist: impl Fn(usize) -> Vector3<f64>) -> f64 {
+    row.parts().map(|(link, w)| (w * factor).dot(&twist(link))).sum()
 }
 
 impl SpinLaw {
@@ -338,22 +339,6 @@ impl SpinLaw {
     /// Visits the impulse with its step.
     pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
         visitor(&mut self.impulse, self.step);
-    }
-}
-
-impl PairLaw {
-    pub fn new(pair: &StagePair, impulse: f64) -> Self {
-        Self { links: pair.links, direction: pair.direction, law: UnilateralLaw::new(pair.offset, impulse) }
-    }
-
-    /// Rate at which the gap opens under these twists.
-    pub fn rate(&self, twist: impl Fn(usize) -> Vector3<f64>) -> f64 {
-        self.links.iter().zip(&self.direction).map(|(link, w)| w.dot(&twist(*link))).sum()
-    }
-
-    /// The direction on a link, of those links that touch.
-    pub fn on(&self, link: usize) -> impl Iterator<Item = &Vector3<f64>> {
-        self.links.iter().zip(&self.direction).filter(move |(of, _)| **of == link).map(|(_, w)| w)
     }
 }
 

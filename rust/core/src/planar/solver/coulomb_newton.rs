@@ -3,10 +3,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
-use crate::planar::{Stage, StageSolution};
+use crate::planar::{Stage, StageContact, StagePair, StageSolution};
+use crate::rows::Row;
 use crate::solver::{CoulombForm, CoupledStage, Coupling, Defect, EliminatedChain, LawForm, LowRank, MotorTerm};
 
-use super::coulomb_laws::{ContactLaw, GroundLaw, ObstacleFrictionLaw, PairLaw, SpinLaw, mass_matrix};
+use super::coulomb_laws::{ContactFrictionLaw, ContactLaw, GroundLaw, SpinLaw, mass_matrix};
 use super::coulomb_path::CoulombPath;
 use super::coulomb_sweep::{Balance, ChainLink};
 use super::newton::TUNING;
@@ -16,9 +17,10 @@ use super::terms::ActuatorTerm;
 #[derive(Debug, Clone)]
 pub(super) struct CoulombNewton {
     links: Vec<Link>,
-    contacts: Vec<ContactLaw>,
-    friction: Vec<ObstacleFrictionLaw>,
-    pairs: Vec<PairLaw>,
+    contacts: Vec<ContactLaw<StageContact>>,
+    friction: Vec<ContactFrictionLaw<StageContact>>,
+    pairs: Vec<ContactLaw<StagePair>>,
+    pair_friction: Vec<ContactFrictionLaw<StagePair>>,
     low_rank: LowRank<f64, Vector3<f64>, Vector3<f64>>,
     form: CoulombForm,
     /// Speed below which a defect is no error \[m/s\].
@@ -79,6 +81,7 @@ impl CoulombNewton {
             contacts: Vec::with_capacity(contacts),
             friction: Vec::with_capacity(contacts),
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            pair_friction: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             low_rank: LowRank::new(links),
             form: CoulombForm::stiff(1.0, 1.0),
             tolerance: 0.0,
@@ -105,13 +108,16 @@ impl CoulombNewton {
     /// Velocities that are added to those of contacts and their friction at s = 0.
     pub fn set_shifts(&mut self, mut normal: impl FnMut(usize) -> f64, mut along: impl FnMut(usize) -> f64) {
         self.contacts.iter_mut().enumerate().for_each(|(k, contact)| contact.shift.full = normal(k));
-        self.friction.iter_mut().enumerate().for_each(|(k, row)| row.shift.full = along(k));
+        let friction = self.friction.iter_mut().map(|row| &mut row.shift);
+        let friction = friction.chain(self.pair_friction.iter_mut().map(|row| &mut row.shift));
+        friction.enumerate().for_each(|(k, shift)| shift.full = along(k));
     }
 
     /// Moves to another s.
     pub fn set_share(&mut self, share: f64) {
         self.contacts.iter_mut().for_each(|contact| contact.shift.set_share(share));
         self.friction.iter_mut().for_each(|row| row.set_share(share));
+        self.pair_friction.iter_mut().for_each(|row| row.set_share(share));
     }
 
     /// Sign of the determinant of the tangent matrix of the last step.
@@ -136,6 +142,7 @@ impl CoulombNewton {
         self.contacts.iter_mut().for_each(|contact| contact.law.visit(|value, step| visitor(value, step, weight)));
         self.friction.iter_mut().for_each(|row| row.visit(|value, step| visitor(value, step, weight)));
         self.pairs.iter_mut().for_each(|pair| pair.law.visit(|value, step| visitor(value, step, weight)));
+        self.pair_friction.iter_mut().for_each(|row| row.visit(|value, step| visitor(value, step, weight)));
     }
 
     /// Twists of links 2..n from that of link 1 and the joint rates.
@@ -197,30 +204,15 @@ impl CoulombNewton {
 
     /// Laws of contacts at the present velocities and impulses, and what is missing on each link.
     fn contact_defects(&mut self, defect: &mut Defect) {
-        let Self { links, contacts, friction, pairs, form, .. } = self;
-        for contact in contacts.iter_mut() {
-            let link = &mut links[contact.link];
-            defect.add_impulse(contact.measure(&link.twist, form), link.mass);
-            link.missing -= contact.force();
-        }
-        for row in friction {
-            let link = &mut links[row.link];
-            defect.add_impulse(row.measure(&link.twist, &contacts[row.contact].law, form), link.mass);
-            link.missing -= row.force();
-        }
-        for pair in pairs {
-            let rate = pair.rate(|link| links[link].twist);
-            defect.add_impulse(pair.law.measure(rate, form), links[pair.links[0]].mass);
-            for (link, w) in pair.links.into_iter().zip(&pair.direction) {
-                links[link].missing -= w * pair.law.impulse;
-            }
-        }
+        let Self { links, contacts, friction, pairs, pair_friction, form, .. } = self;
+        defects_of(contacts, friction, links, form, defect);
+        defects_of(pairs, pair_friction, links, form, defect);
     }
 
     /// Eliminates the chain from tail to head, and what it can push. Returns the sign of the determinant of what is left.
     fn eliminate(&mut self) -> f64 {
-        let Self { links, contacts, friction, pairs, form, .. } = self;
-        let mut contacts = contacts.iter().rev().peekable();
+        let Self { links, contacts, friction, pairs, pair_friction, form, .. } = self;
+        let mut contacts_left = contacts.iter().rev().peekable();
         let mut friction = friction.iter().rev().peekable();
         let none = Balance { matrix: Matrix3::zeros(), load: Vector3::zeros() };
         let (mut behind, mut orientation) = (none, 1.0);
@@ -229,14 +221,15 @@ impl CoulombNewton {
             behind.load -= link.missing;
             link.ground.add_to(&mut behind, form);
             link.spin.iter().for_each(|spin| spin.add_to(&mut behind, form));
-            while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
+            while let Some(contact) = contacts_left.next_if(|contact| contact.row.link == i) {
                 contact.add_to(&mut behind, form);
             }
-            while let Some(row) = friction.next_if(|row| row.link == i) {
-                row.add_to(&mut behind);
+            while let Some(law) = friction.next_if(|law| law.row.along.link == i) {
+                law.add_to(&mut behind, &contacts[law.row.normal]);
             }
-            for pair in pairs.iter() {
-                pair.on(i).for_each(|w| behind.load += w * pair.law.tangent(form).0);
+            let loads = pairs.iter().map(|pair| (&pair.row, pair.tangent(form).0));
+            for (row, load) in loads.chain(pair_friction.iter().map(|law| (&law.row.along, law.constant))) {
+                row.parts().filter(|(link, _)| *link == i).for_each(|(_, w)| behind.load += w * load);
             }
             if link.is_free {
                 let Balance { matrix, load } = std::mem::replace(&mut behind, none);
@@ -253,37 +246,76 @@ impl CoulombNewton {
     pub fn find_step_with(&mut self, change: f64) {
         let form = self.form;
         self.contacts.iter_mut().for_each(|contact| contact.shift.set_share_step(change));
-        for row in &mut self.friction {
-            row.set_share_step(change);
-            row.linearise(&self.contacts[row.contact], &form);
-        }
+        linearise(&mut self.friction, &self.contacts, change, &form);
+        linearise(&mut self.pair_friction, &self.pairs, change, &form);
         let heads = self.eliminate();
-        let Self { links, contacts, friction, pairs, low_rank, .. } = self;
+        let Self { links, contacts, friction, pairs, pair_friction, low_rank, .. } = self;
         let mut before = Vector3::zeros();
         for link in links.iter_mut() {
             let (head, load) = &link.head;
             before = if link.is_free { head * load } else { link.chain.substitute(&before) };
             (link.start, link.start_rate, link.step) = (link.twist, link.rate, before);
         }
-        let couplings = pairs.iter().map(|pair| Coupling {
-            links: pair.links,
-            direction: pair.direction,
-            stiffness: -pair.law.tangent(&form).1,
-        });
-        low_rank.correct(couplings, &mut Chain { links });
+        low_rank.clear();
+        let stiff = pairs.iter().map(|pair| (&pair.row, &pair.row, pair.tangent(&form).1));
+        let growing = pair_friction.iter().map(|law| (law.driver(&pairs[law.row.normal]), &law.row.along, law.slope));
+        for (row, column, slope) in stiff.chain(growing).filter(|(_, _, slope)| *slope != 0.0) {
+            let coupling = Coupling { links: row.links, direction: row.direction, stiffness: -slope };
+            low_rank.apply(coupling, &column.direction, &mut Chain { links });
+        }
         let pivots = links.iter().filter(|link| !link.is_free).map(|link| link.chain.orientation());
         self.orientation = pivots.product::<f64>() * heads * low_rank.orientation();
         for link in links.iter_mut() {
             link.ground.find_step(&link.step, &form);
             link.spin.iter_mut().for_each(|spin| spin.find_step(link.step.z, &form));
         }
-        contacts.iter_mut().for_each(|contact| contact.find_step(&links[contact.link].step, &form));
-        friction.iter_mut().for_each(|row| row.find_step(&links[row.link].step));
-        for pair in pairs {
-            let rate = pair.rate(|link| links[link].step);
-            pair.law.find_step(rate, &form);
-        }
+        find_steps(contacts, friction, links, &form);
+        find_steps(pairs, pair_friction, links, &form);
     }
+}
+
+/// Laws of contacts and their friction at the present velocities and impulses, and what is then missing on each link.
+fn defects_of<R: Row<Vector3<f64>, f64>>(
+    contacts: &mut [ContactLaw<R>],
+    friction: &mut [ContactFrictionLaw<R>],
+    links: &mut [Link],
+    form: &CoulombForm,
+    defect: &mut Defect,
+) {
+    for contact in contacts.iter_mut() {
+        let missing = contact.measure(|link| links[link].twist, form);
+        defect.add_impulse(missing, links[contact.row.first_link()].mass);
+        contact.row.parts().for_each(|(link, w)| links[link].missing -= w * contact.law.impulse);
+    }
+    for law in friction {
+        let missing = law.measure(|link| links[link].twist, &contacts[law.row.normal].law, form);
+        defect.add_impulse(missing, links[law.row.along.first_link()].mass);
+        law.row.along.parts().for_each(|(link, w)| links[link].missing -= w * law.impulse);
+    }
+}
+
+/// Tangents of friction, while s changes by `change`.
+fn linearise<R: Row<Vector3<f64>, f64>>(
+    friction: &mut [ContactFrictionLaw<R>],
+    contacts: &[ContactLaw<R>],
+    change: f64,
+    form: &CoulombForm,
+) {
+    for law in friction {
+        law.set_share_step(change);
+        law.linearise(&contacts[law.row.normal], form);
+    }
+}
+
+/// Changes of the impulses with the links' steps.
+fn find_steps<R: Row<Vector3<f64>, f64>>(
+    contacts: &mut [ContactLaw<R>],
+    friction: &mut [ContactFrictionLaw<R>],
+    links: &[Link],
+    form: &CoulombForm,
+) {
+    contacts.iter_mut().for_each(|contact| contact.find_step(|link| links[link].step, form));
+    friction.iter_mut().for_each(|law| law.find_step(|link| links[link].step, &contacts[law.row.normal]));
 }
 
 impl CoupledStage for CoulombNewton {
@@ -297,12 +329,15 @@ impl CoupledStage for CoulombNewton {
         self.links.clear();
         (0..stage.links.len()).for_each(|i| self.load_link(stage, solution, i));
         self.contacts.clear();
-        self.contacts.extend(stage.contacts.iter().zip(&solution.contact).map(|(row, &p)| ContactLaw::new(row, p)));
+        self.contacts.extend(stage.contacts.iter().zip(&solution.contact).map(|(row, &p)| ContactLaw::new(*row, p)));
         self.friction.clear();
         let rows = stage.obstacle_friction.iter().zip(&solution.obstacle_friction);
-        self.friction.extend(rows.map(|(row, &p)| ObstacleFrictionLaw::new(row, p)));
+        self.friction.extend(rows.map(|(row, &p)| ContactFrictionLaw::new(*row, p)));
         self.pairs.clear();
-        self.pairs.extend(stage.pairs.iter().zip(&solution.pair).map(|(pair, &p)| PairLaw::new(pair, p)));
+        self.pairs.extend(stage.pairs.iter().zip(&solution.pair).map(|(pair, &p)| ContactLaw::new(*pair, p)));
+        self.pair_friction.clear();
+        let rows = stage.pair_friction.iter().zip(&solution.pair_friction);
+        self.pair_friction.extend(rows.map(|(row, &p)| ContactFrictionLaw::new(*row, p)));
     }
 
     fn write(&self, solution: &mut StageSolution) {
@@ -331,6 +366,9 @@ impl CoupledStage for CoulombNewton {
         for (impulse, pair) in solution.pair.iter_mut().zip(&self.pairs) {
             *impulse = pair.law.impulse.max(0.0);
         }
+        for (impulse, law) in solution.pair_friction.iter_mut().zip(&self.pair_friction) {
+            *impulse = law.impulse;
+        }
     }
 
     fn form(&mut self) -> &mut CoulombForm {
@@ -344,6 +382,7 @@ impl CoupledStage for CoulombNewton {
         self.contacts.iter_mut().for_each(|contact| contact.law.centre = contact.law.impulse);
         self.friction.iter_mut().for_each(|row| row.centre = row.impulse);
         self.pairs.iter_mut().for_each(|pair| pair.law.centre = pair.law.impulse);
+        self.pair_friction.iter_mut().for_each(|law| law.centre = law.impulse);
     }
 
     fn centre_error(&self) -> f64 {
@@ -352,6 +391,7 @@ impl CoupledStage for CoulombNewton {
             self.contacts.iter().map(|contact| &contact.law).chain(self.pairs.iter().map(|pair| &pair.law));
         let unilateral = unilateral.map(|law| (law.impulse - law.centre).abs());
         let friction = self.friction.iter().map(|row| (row.impulse - row.centre).abs());
+        let friction = friction.chain(self.pair_friction.iter().map(|row| (row.impulse - row.centre).abs()));
         let gears = self.links.iter().filter_map(|link| link.motor.as_ref()).map(MotorTerm::centre_error);
         let spins = self.links.iter().filter_map(|link| link.spin).map(|spin| (spin.impulse - spin.centre).abs());
         ground.chain(unilateral).chain(friction).chain(gears).chain(spins).fold(0.0, f64::max)
@@ -406,6 +446,7 @@ impl CoupledStage for CoulombNewton {
         self.contacts.iter_mut().for_each(|contact| contact.law.move_along(fraction));
         self.friction.iter_mut().for_each(|row| row.move_along(fraction));
         self.pairs.iter_mut().for_each(|pair| pair.law.move_along(fraction));
+        self.pair_friction.iter_mut().for_each(|law| law.move_along(fraction));
     }
 }
 
@@ -426,10 +467,10 @@ impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
         self.links[link].step = step;
     }
 
-    fn respond(&mut self, coupling: &Coupling<f64, Vector3<f64>>, response: &mut Vec<Vector3<f64>>) {
+    fn respond(&mut self, of: [usize; 2], column: &[Vector3<f64>; 2], response: &mut Vec<Vector3<f64>>) {
         let mut load = Vector3::zeros();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
-            for (_, w) in coupling.links.iter().zip(&coupling.direction).filter(|(of, _)| **of == i) {
+            for (_, w) in of.iter().zip(column).filter(|(of, _)| **of == i) {
                 load += w;
             }
             if link.is_free {

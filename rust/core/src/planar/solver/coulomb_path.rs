@@ -1,4 +1,4 @@
-//! The path of solutions along which friction at obstacles grows from none to its own.
+//! The path of solutions along which friction at contacts grows from none to its own.
 //!
 //! With the bounds `s mu P_N` a stage has one solution at s = 0, where it is an optimisation problem. For s in [0, 1]
 //! friction only takes energy and contacts are compliant, so where no gap demands a velocity no solution runs away, and
@@ -33,7 +33,7 @@ impl CoulombPath {
         Self { from, share: 0.0, tangent, share_tangent: 0.0, step }
     }
 
-    /// Follows the path of this number from near the solution without friction at obstacles, which `newton` holds.
+    /// Follows the path of this number from near the solution without friction at contacts, which `newton` holds.
     /// Returns linear solves and whether `newton` has reached the solution with friction.
     pub fn follow(&mut self, newton: &mut CoulombNewton, number: u32) -> (u32, bool) {
         let strength = SHIFTS[number as usize % SHIFTS.len()];

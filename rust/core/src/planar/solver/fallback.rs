@@ -1,5 +1,5 @@
 //! Fallback for a stage that Newton's method did not solve: another method, a polish and, where the contacts
-//! contradict each other, a relaxed stage. With friction at obstacles the other methods are those of
+//! contradict each other, a relaxed stage. With friction at contacts the other methods are those of
 //! [`coulomb_fallback`](super::coulomb_fallback).
 
 use nalgebra::Vector2;
@@ -55,7 +55,7 @@ impl Fallback {
     /// that and of all that is found. Also returns the number of linear solves.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         self.solvers.energy = stage.energy();
-        let is_convex = stage.obstacle_friction.is_empty();
+        let is_convex = stage.is_convex();
         let mut offsets =
             stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
         let can_relax = offsets.any(|offset| offset < 0.0);

@@ -35,11 +35,11 @@ pub(super) fn coupling_of<T: Real>(pair: &StagePair<T>, stage: &Stage<T>) -> Cou
     Coupling { links: pair.links, direction, stiffness: T::zero() }
 }
 
-/// Appends H^-1 w to `response`; `head` is the value function of the whole chain at its free end, `movables` are those of the
+/// Appends H^-1 c to `response`, of a column c on two links; `head` is the value function of the whole chain at its free end, `movables` are those of the
 /// obstacles behind it at their centres, `constant` is a workspace of one number for each link and obstacle.
 #[inline(always)]
 pub(super) fn respond<'a, T: Real>(
-    coupling: &Coupling<T>,
+    (links, column): ([usize; 2], &[Vector3<T>; 2]),
     segment: impl Fn(usize) -> &'a Segment<T>,
     head: &Quadratic<T>,
     movables: &[Quadratic<T>],
@@ -50,7 +50,7 @@ pub(super) fn respond<'a, T: Real>(
     let none = Vector3::new(zero, zero, zero);
     let own = |link: usize| {
         let mut own = none;
-        for (_, w) in coupling.links.iter().zip(&coupling.direction).filter(|(of, _)| **of == link) {
+        for (_, w) in links.iter().zip(column).filter(|(of, _)| **of == link) {
             own = add_scaled(&own, w, T::splat(-1.0));
         }
         own

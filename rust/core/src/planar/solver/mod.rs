@@ -4,6 +4,7 @@
 //! use snake_core::planar::solver::sweep::Quadratic;
 //! ```
 
+mod contact_friction;
 mod coulomb_fallback;
 mod coulomb_laws;
 mod coulomb_newton;
@@ -15,7 +16,6 @@ mod kernels;
 mod link_term;
 mod low_rank;
 mod newton;
-mod obstacle_friction;
 mod ray;
 mod self_contacts;
 mod surface_term;

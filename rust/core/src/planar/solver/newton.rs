@@ -16,13 +16,14 @@ use crate::math::{Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageLink, StageSolution};
 use crate::solver::{self, FrictionTerm, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, Tuning};
 
+use super::contact_friction::ContactFriction;
 use super::kernels::{CoupledStep, EvaluateLaws, FrictionError};
 use super::link_term::{LinkTerm, in_frame, linear};
-use super::obstacle_friction::ObstacleFriction;
 use super::self_contacts::SelfContacts;
 use super::surface_term::SurfaceTerm;
 use super::sweep::Quadratic;
-use super::terms::{ActuatorTerm, ContactTerm, StopTerm};
+use super::terms::{ActuatorTerm, ContactTerm, OnLink, StopTerm};
+use super::unilateral::{RowLaw, UnilateralTerm};
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
@@ -38,8 +39,10 @@ pub struct Newton<T: Real = f64> {
     /// Friction of the ground on what can be pushed; as links these have none.
     pub(super) surfaces: Vec<SurfaceTerm<T>>,
     pub(super) contacts: Vec<ContactTerm<T>>,
-    pub(super) obstacle_friction: ObstacleFriction<T>,
+    pub(super) obstacle_friction: ContactFriction<OnLink<T>, T>,
     pub(super) self_contacts: SelfContacts<T>,
+    /// Whether the bounds of friction at contacts stay as they are instead of following the normal impulses.
+    are_bounds_held: bool,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
     head: Vector2<T>,
     /// Value of the whole chain at that end, and of each obstacle that can be pushed, behind the links, at its centre.
@@ -68,8 +71,9 @@ impl<T: Real> Newton<T> {
             spins: Vec::with_capacity(links),
             surfaces: Vec::with_capacity(links),
             contacts: Vec::with_capacity(PAIRS_PER_LINK * links),
-            obstacle_friction: ObstacleFriction::new(PAIRS_PER_LINK * links),
+            obstacle_friction: ContactFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
+            are_bounds_held: false,
             head: Vector2::new(T::zero(), T::zero()),
             chain: Quadratic::zero(),
             movables: Vec::with_capacity(links),
@@ -97,7 +101,7 @@ impl<T: Real> Newton<T> {
         outcome
     }
 
-    /// The same with the bounds of friction at obstacles that the stage has.
+    /// The same with the bounds of friction at contacts that the stage has.
     #[inline(always)]
     pub fn solve_with_held_bounds(
         &mut self,
@@ -107,16 +111,17 @@ impl<T: Real> Newton<T> {
         max_iterations: u32,
         lanes: T::Mask,
     ) -> Outcome<T> {
-        self.obstacle_friction.are_bounds_held = true;
+        self.are_bounds_held = true;
         let outcome = self.solve(stage, solution, tolerance, max_iterations, lanes);
-        self.obstacle_friction.are_bounds_held = false;
+        self.are_bounds_held = false;
         outcome
     }
 
-    /// How far the bounds of friction at obstacles are from those of the normal impulses, as a velocity \[m/s\].
+    /// How far the bounds of friction at contacts are from those of the normal impulses, as a velocity \[m/s\].
     #[inline(always)]
     pub fn bound_error(&self) -> T {
-        self.obstacle_friction.squared_bound_error(&self.contacts).sqrt()
+        let between_links = self.self_contacts.squared_bound_error();
+        self.obstacle_friction.squared_bound_error(&self.contacts).max(between_links).sqrt()
     }
 
     /// Laws around the warm start, and twists that satisfy the joints.
@@ -167,11 +172,16 @@ impl<T: Real> Newton<T> {
         }
         self.contacts.clear();
         for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
-            let link = &stage.links[contact.link];
-            self.contacts.push(ContactTerm::new(contact, link, impulse, T::splat(TUNING.penalty) * link.mass));
+            let penalty = T::splat(TUNING.penalty) * stage.links[contact.link].mass;
+            let law = UnilateralTerm::new(contact.offset, impulse, penalty);
+            self.contacts.push(ContactTerm { place: OnLink::new(contact, stage), law });
         }
-        self.obstacle_friction.warm_up(stage, &solution.obstacle_friction, TUNING.penalty);
-        self.self_contacts.warm_up(stage, &solution.pair, TUNING.penalty);
+        self.obstacle_friction.clear();
+        for (row, &impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
+            let (place, mass) = (OnLink::new(&row.along, stage), stage.links[row.along.link].mass);
+            self.obstacle_friction.add(row, place, mass, impulse, TUNING.penalty);
+        }
+        self.self_contacts.warm_up(stage, solution, TUNING.penalty);
     }
 
     /// Whether there is more than a chain: rows between links, or obstacles that can be pushed.
@@ -309,13 +319,13 @@ impl<T: Real> Newton<T> {
             if COUPLED && i >= chain {
                 self.surfaces[i - chain].add_to(&mut model, &link.twist);
             }
-            while let Some(contact) = contacts.next_if(|contact| contact.link == i) {
+            while let Some(contact) = contacts.next_if(|contact| contact.place.link == i) {
                 let stiffness = contact.evaluate(form, &link.twist);
-                model.add_rank_one(&contact.direction, stiffness, -contact.law.impulse);
+                model.add_rank_one(&contact.place.direction, stiffness, -contact.law.impulse);
             }
-            while let Some(term) = friction.next_if(|term| term.link == i) {
+            while let Some(term) = friction.next_if(|term| term.place.link == i) {
                 let stiffness = term.evaluate(form, &link.twist);
-                model.add_rank_one(&term.direction, stiffness, -term.impulse);
+                model.add_rank_one(&term.place.direction, stiffness, -term.law.impulse());
             }
             let expected = link.model.gradient_after(&link.step);
             let (mut x, mut y, mut moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
@@ -413,17 +423,15 @@ impl<T: Real> Newton<T> {
             keep(impulse, lanes, contact.law.impulse);
         }
         for (impulse, term) in solution.obstacle_friction.iter_mut().zip(&self.obstacle_friction.terms) {
-            keep(impulse, lanes, term.impulse);
+            keep(impulse, lanes, term.law.impulse());
         }
-        for (impulse, own) in solution.pair.iter_mut().zip(self.self_contacts.impulses()) {
-            keep(impulse, lanes, own);
-        }
+        self.self_contacts.write(solution, lanes);
     }
 }
 
 /// Sets a number in the given lanes.
 #[inline(always)]
-fn keep<T: Real>(target: &mut T, lanes: T::Mask, value: T) {
+pub(super) fn keep<T: Real>(target: &mut T, lanes: T::Mask, value: T) {
     *target = T::select(lanes, value, *target);
 }
 
@@ -459,8 +467,8 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         for contact in &self.contacts {
             squared = squared.max(contact.law.squared_error());
         }
-        squared = squared.max(self.obstacle_friction.squared_error(&self.contacts));
-        squared.max(self.self_contacts.squared_error()).sqrt()
+        squared = squared.max(self.obstacle_friction.squared_error(&self.contacts, self.are_bounds_held));
+        squared.max(self.self_contacts.squared_error(self.are_bounds_held)).sqrt()
     }
 
     #[inline(always)]
@@ -484,8 +492,8 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.spins.iter_mut().for_each(|spin| spin.recentre(lanes));
         self.surfaces.iter_mut().for_each(|surface| surface.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
-        self.obstacle_friction.recentre(lanes, &self.contacts);
-        self.self_contacts.recentre(lanes);
+        self.obstacle_friction.recentre(lanes, &self.contacts, self.are_bounds_held);
+        self.self_contacts.recentre(lanes, self.are_bounds_held);
     }
 }
 

@@ -1,21 +1,26 @@
-//! Contacts of a robot with itself, whose rows couple two links of the chain. A stage without them costs nothing.
+//! Contacts of a robot with itself and their friction, whose rows couple two links of the chain. A stage without them costs
+//! nothing.
 
 use nalgebra::Vector3;
 
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::{Real, add_scaled};
-use crate::planar::Stage;
-use crate::solver::{EliminatedChain, LawForm};
+use crate::planar::{Stage, StageSolution};
+use crate::solver::{EliminatedChain, LawForm, add};
 
+use super::contact_friction::ContactFriction;
 use super::link_term::LinkTerm;
 use super::low_rank::{Coupling, LowRank, coupling_of, respond};
+use super::newton::keep;
 use super::sweep::Quadratic;
-use super::unilateral::UnilateralTerm;
+use super::terms::RowTerm;
+use super::unilateral::{RowLaw, UnilateralTerm};
 
 /// The contacts of the current stage.
 #[derive(Debug, Clone)]
 pub(super) struct SelfContacts<T> {
     terms: Vec<PairTerm<T>>,
+    friction: ContactFriction<Coupling<T>, T>,
     /// Force of all contacts on each link, w P, in the link's frame.
     pub force: Vec<Vector3<T>>,
     /// Difference of that force to its linearisation at the start of the step.
@@ -26,10 +31,37 @@ pub(super) struct SelfContacts<T> {
 }
 
 /// One contact between two links.
-#[derive(Debug, Clone, Copy)]
-struct PairTerm<T> {
-    coupling: Coupling<T>,
-    law: UnilateralTerm<T>,
+type PairTerm<T> = RowTerm<Coupling<T>, UnilateralTerm<T>>;
+
+impl<T: Real, L: RowLaw<T>> RowTerm<Coupling<T>, L> {
+    /// Force and stiffness at the present twists; adds the force on both links, with its difference to its linearisation,
+    /// and to the slope.
+    #[inline(always)]
+    fn evaluate(
+        &mut self,
+        form: LawForm,
+        links: &[LinkTerm<T>],
+        force: &mut [Vector3<T>],
+        remainder: &mut [Vector3<T>],
+        slope: &mut T,
+    ) {
+        let Self { place: coupling, law } = self;
+        let step = coupling.along(|link| links[link].step);
+        let expected = law.impulse() - coupling.stiffness * step;
+        coupling.stiffness = law.evaluate(form, coupling.along(|link| links[link].twist));
+        *slope -= law.impulse() * step;
+        for (link, w) in coupling.links.into_iter().zip(&coupling.direction) {
+            force[link] = add_scaled(&force[link], w, law.impulse());
+            remainder[link] = add_scaled(&remainder[link], w, law.impulse() - expected);
+        }
+    }
+
+    /// First and second derivative of the law's function along the step.
+    #[inline(always)]
+    fn along(&self, links: &[LinkTerm<T>], alpha: T) -> (T, T) {
+        let (velocity, rate) = (self.place.along(|link| links[link].start), self.place.along(|link| links[link].step));
+        self.law.along(velocity, rate, alpha)
+    }
 }
 
 impl<T: Real> SelfContacts<T> {
@@ -37,6 +69,7 @@ impl<T: Real> SelfContacts<T> {
         let none = vec![Vector3::new(T::zero(), T::zero(), T::zero()); links];
         Self {
             terms: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
+            friction: ContactFriction::new(LINK_CONTACTS_PER_LINK * links),
             force: none.clone(),
             remainder: none,
             low_rank: LowRank::new(links),
@@ -49,19 +82,24 @@ impl<T: Real> SelfContacts<T> {
         self.terms.is_empty()
     }
 
-    /// Laws around the impulses of a warm start; `penalty` is the stiffness of a closed contact over the mass of its
-    /// first link.
+    /// Laws around the impulses of a warm start; `penalty` is the stiffness of a closed or sticking contact over the mass of
+    /// its first link.
     #[inline(always)]
-    pub fn warm_up(&mut self, stage: &Stage<T>, impulses: &[T], penalty: f64) {
+    pub fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>, penalty: f64) {
         let zero = Vector3::new(T::zero(), T::zero(), T::zero());
         self.force.resize(stage.links.len(), zero);
         self.remainder.resize(stage.links.len(), zero);
         self.constant.resize(stage.links.len(), T::zero());
         self.terms.clear();
-        for (pair, &impulse) in stage.pairs.iter().zip(impulses) {
+        for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
             let penalty = T::splat(penalty) * stage.links[pair.links[0]].mass;
             let law = UnilateralTerm::new(pair.offset, impulse, penalty);
-            self.terms.push(PairTerm { coupling: coupling_of(pair, stage), law });
+            self.terms.push(PairTerm { place: coupling_of(pair, stage), law });
+        }
+        self.friction.clear();
+        for (row, &impulse) in stage.pair_friction.iter().zip(&solution.pair_friction) {
+            let mass = stage.links[row.along.links[0]].mass;
+            self.friction.add(row, coupling_of(&row.along, stage), mass, impulse, penalty);
         }
     }
 
@@ -72,15 +110,12 @@ impl<T: Real> SelfContacts<T> {
         self.force.fill(zero);
         self.remainder.fill(zero);
         let mut slope = T::zero();
-        for PairTerm { coupling, law } in &mut self.terms {
-            let step = coupling.along(|link| links[link].step);
-            let expected = law.impulse - coupling.stiffness * step;
-            coupling.stiffness = law.evaluate(form, coupling.along(|link| links[link].twist));
-            slope -= law.impulse * step;
-            for (link, w) in coupling.links.into_iter().zip(&coupling.direction) {
-                self.force[link] = add_scaled(&self.force[link], w, law.impulse);
-                self.remainder[link] = add_scaled(&self.remainder[link], w, law.impulse - expected);
-            }
+        let Self { terms, friction, force, remainder, .. } = self;
+        for term in terms {
+            term.evaluate(form, links, force, remainder, &mut slope);
+        }
+        for term in &mut friction.terms {
+            term.evaluate(form, links, force, remainder, &mut slope);
         }
         slope
     }
@@ -88,7 +123,8 @@ impl<T: Real> SelfContacts<T> {
     /// Turns the steps of the links without the contacts' stiffness into those with it, see [`LowRank::correct`].
     #[inline(always)]
     pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>, movables: &[Quadratic<T>]) -> T {
-        let couplings = self.terms.iter().map(|term| term.coupling);
+        let friction = self.friction.terms.iter().map(|term| term.place);
+        let couplings = self.terms.iter().map(|term| term.place).chain(friction);
         let mut chain = Links { links, head, movables, constant: &mut self.constant };
         self.low_rank.correct(couplings, &mut chain)
     }
@@ -96,42 +132,53 @@ impl<T: Real> SelfContacts<T> {
     /// First and second derivative of all laws' functions along the step.
     #[inline(always)]
     pub fn along(&self, links: &[LinkTerm<T>], alpha: T) -> (T, T) {
-        let (mut slope, mut curvature) = (T::zero(), T::zero());
-        for PairTerm { coupling, law } in &self.terms {
-            let (velocity, rate) = (coupling.along(|link| links[link].start), coupling.along(|link| links[link].step));
-            let (first, second) = law.along(velocity, rate, alpha);
-            slope += first;
-            curvature += second;
+        let mut sum = (T::zero(), T::zero());
+        for term in &self.terms {
+            add(&mut sum, term.along(links, alpha));
         }
-        (slope, curvature)
+        for term in &self.friction.terms {
+            add(&mut sum, term.along(links, alpha));
+        }
+        sum
     }
 
-    /// The largest squared violation.
+    /// The largest squared violation; of bounds of friction where these are not `held`.
     #[inline(always)]
-    pub fn squared_error(&self) -> T {
+    pub fn squared_error(&self, held: bool) -> T {
         let mut worst = T::zero();
         for term in &self.terms {
             worst = worst.max(term.law.squared_error());
         }
-        worst
+        worst.max(self.friction.squared_error(&self.terms, held))
+    }
+
+    /// Square of the largest way of a bound of friction to that of its normal impulse, as a velocity \[m/s\].
+    #[inline(always)]
+    pub fn squared_bound_error(&self) -> T {
+        self.friction.squared_bound_error(&self.terms)
     }
 
     #[inline(always)]
     pub fn stiffen(&mut self, factor: T) {
         self.terms.iter_mut().for_each(|term| term.law.stiffen(factor));
+        self.friction.stiffen(factor);
     }
 
     #[inline(always)]
-    pub fn recentre(&mut self, lanes: T::Mask) {
+    pub fn recentre(&mut self, lanes: T::Mask, held: bool) {
         self.terms.iter_mut().for_each(|term| term.law.recentre(lanes));
+        self.friction.recentre(lanes, &self.terms, held);
     }
 
+    /// Impulses of the contacts, and of their friction, in the given lanes.
     #[inline(always)]
-    pub fn impulses(&self) -> impl Iterator<Item = T> + '_ {
-        self.terms.iter().map(
-            #[inline(always)]
-            |term| term.law.impulse,
-        )
+    pub fn write(&self, solution: &mut StageSolution<T>, lanes: T::Mask) {
+        for (impulse, term) in solution.pair.iter_mut().zip(&self.terms) {
+            keep(impulse, lanes, term.law.impulse);
+        }
+        for (impulse, term) in solution.pair_friction.iter_mut().zip(&self.friction.terms) {
+            keep(impulse, lanes, term.law.impulse());
+        }
     }
 }
 
@@ -159,7 +206,7 @@ impl<T: Real> EliminatedChain<T, Vector3<T>, Vector3<T>> for Links<'_, T> {
     }
 
     #[inline(always)]
-    fn respond(&mut self, coupling: &Coupling<T>, response: &mut Vec<Vector3<T>>) {
-        respond(coupling, |link| &self.links[link].segment, self.head, self.movables, self.constant, response);
+    fn respond(&mut self, links: [usize; 2], column: &[Vector3<T>; 2], response: &mut Vec<Vector3<T>>) {
+        respond((links, column), |link| &self.links[link].segment, self.head, self.movables, self.constant, response);
     }
 }

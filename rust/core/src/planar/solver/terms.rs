@@ -4,20 +4,29 @@ use nalgebra::Vector3;
 
 use crate::laws::{Backlash, LimitedActuator};
 use crate::math::{Real, dot};
-use crate::planar::{StageContact, StageJoint, StageLink};
+use crate::planar::{Stage, StageContact, StageJoint};
 use crate::solver::LawForm;
 use crate::stepping::StageStop;
 
 use super::link_term::in_frame;
-use super::unilateral::UnilateralTerm;
+use super::unilateral::{RowLaw, UnilateralTerm};
 
-/// One contact between a link and an obstacle.
+/// A row in the solver: where it acts, and the law of its impulse.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct ContactTerm<T> {
+pub(super) struct RowTerm<P, L> {
+    pub place: P,
+    pub law: L,
+}
+
+/// A row on one link: the link and the direction in its frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OnLink<T> {
     pub link: usize,
     pub direction: Vector3<T>,
-    pub law: UnilateralTerm<T>,
 }
+
+/// One contact between a link and an obstacle.
+pub(super) type ContactTerm<T> = RowTerm<OnLink<T>, UnilateralTerm<T>>;
 
 /// The actuator of one joint, a single-valued law that needs no multiplier.
 #[derive(Debug, Clone, Copy)]
@@ -87,27 +96,24 @@ impl<T: Real> StopTerm<T> {
     }
 }
 
-impl<T: Real> ContactTerm<T> {
-    /// `penalty` is the stiffness of the closed contact \[kg\].
+impl<T: Real> OnLink<T> {
     #[inline(always)]
-    pub fn new(contact: &StageContact<T>, link: &StageLink<T>, impulse: T, penalty: T) -> Self {
-        Self {
-            link: contact.link,
-            direction: in_frame(&link.heading, &contact.direction),
-            law: UnilateralTerm::new(contact.offset, impulse, penalty),
-        }
+    pub fn new(row: &StageContact<T>, stage: &Stage<T>) -> Self {
+        Self { link: row.link, direction: in_frame(&stage.links[row.link].heading, &row.direction) }
     }
+}
 
-    /// Moves to the twist u; returns the stiffness along the contact's direction.
+impl<T: Real, L: RowLaw<T>> RowTerm<OnLink<T>, L> {
+    /// Moves to the twist u; returns the stiffness along the direction.
     #[inline(always)]
     pub fn evaluate(&mut self, form: LawForm, u: &Vector3<T>) -> T {
-        self.law.evaluate(form, dot(&self.direction, u))
+        self.law.evaluate(form, dot(&self.place.direction, u))
     }
 
     /// First and second derivative of the law's function at u + alpha du by alpha.
     #[inline(always)]
     pub fn along(&self, u: &Vector3<T>, du: &Vector3<T>, alpha: T) -> (T, T) {
-        self.law.along(dot(&self.direction, u), dot(&self.direction, du), alpha)
+        self.law.along(dot(&self.place.direction, u), dot(&self.place.direction, du), alpha)
     }
 }
 

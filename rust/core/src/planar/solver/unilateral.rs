@@ -2,6 +2,18 @@ use crate::laws::HalfLine;
 use crate::math::Real;
 use crate::solver::LawForm;
 
+/// The law of a row's impulse P in proximal form, a function of the velocity `w . u`.
+pub(super) trait RowLaw<T: Real> {
+    /// P \[N s\].
+    fn impulse(&self) -> T;
+
+    /// Moves to a velocity; returns the stiffness along the row.
+    fn evaluate(&mut self, form: LawForm, velocity: T) -> T;
+
+    /// First and second derivative of the law's function at velocity + alpha rate by alpha.
+    fn along(&self, velocity: T, rate: T, alpha: T) -> (T, T);
+}
+
 /// A unilateral contact in proximal form, P = max(centre - r gamma, 0) with gamma the velocity at which it opens.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct UnilateralTerm<T> {
@@ -19,23 +31,6 @@ impl<T: Real> UnilateralTerm<T> {
         Self { offset, penalty, centre: impulse, impulse }
     }
 
-    /// Moves to the velocity `w . u`; returns the stiffness along the contact's direction.
-    #[inline(always)]
-    pub fn evaluate(&mut self, form: LawForm, velocity: T) -> T {
-        let wanted = self.penalty.subtract_from(velocity + self.offset, self.centre);
-        let closed = HalfLine.is_closed(if form == LawForm::LastBranch { self.centre } else { wanted });
-        let (impulse, stiffness) = HalfLine.evaluate(wanted, self.penalty, closed);
-        self.impulse = impulse;
-        stiffness
-    }
-
-    /// First and second derivative of the law's function at velocity + alpha rate by alpha.
-    #[inline(always)]
-    pub fn along(&self, velocity: T, rate: T, alpha: T) -> (T, T) {
-        let wanted = self.centre - self.penalty * (velocity + self.offset + alpha * rate);
-        HalfLine.along(wanted, self.penalty, rate)
-    }
-
     /// Square of the violation |P - P_centre| / r.
     #[inline(always)]
     pub fn squared_error(&self) -> T {
@@ -51,5 +46,27 @@ impl<T: Real> UnilateralTerm<T> {
     #[inline(always)]
     pub fn recentre(&mut self, lanes: T::Mask) {
         self.centre = T::select(lanes, self.impulse, self.centre);
+    }
+}
+
+impl<T: Real> RowLaw<T> for UnilateralTerm<T> {
+    #[inline(always)]
+    fn impulse(&self) -> T {
+        self.impulse
+    }
+
+    #[inline(always)]
+    fn evaluate(&mut self, form: LawForm, velocity: T) -> T {
+        let wanted = self.penalty.subtract_from(velocity + self.offset, self.centre);
+        let closed = HalfLine.is_closed(if form == LawForm::LastBranch { self.centre } else { wanted });
+        let (impulse, stiffness) = HalfLine.evaluate(wanted, self.penalty, closed);
+        self.impulse = impulse;
+        stiffness
+    }
+
+    #[inline(always)]
+    fn along(&self, velocity: T, rate: T, alpha: T) -> (T, T) {
+        let wanted = self.centre - self.penalty * (velocity + self.offset + alpha * rate);
+        HalfLine.along(wanted, self.penalty, rate)
     }
 }

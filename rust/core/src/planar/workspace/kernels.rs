@@ -15,7 +15,7 @@ use crate::stepping::{MovedAxis, SolvedStage, StageKernels};
 use super::drives::Drives;
 use super::motion_bound::MotionBound;
 use super::{Motion, StageResult, Workspace};
-use crate::planar::obstacle_friction::solve_with_obstacle_friction;
+use crate::planar::contact_friction::solve_with_contact_friction;
 
 impl<T: Real> StageKernels<T> for Workspace<T> {
     #[inline(always)]
@@ -109,10 +109,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.fill_joints();
         self.load_forces();
         let Self { stage, solution, newton, .. } = self;
-        let outcome = if stage.obstacle_friction.is_empty() {
+        let outcome = if stage.is_convex() {
             newton.solve(stage, solution, tolerance, max_iterations, lanes)
         } else {
-            solve_with_obstacle_friction(newton, stage, solution, tolerance, max_iterations, lanes)
+            solve_with_contact_friction(newton, stage, solution, tolerance, max_iterations, lanes)
         };
         let certificate = certify(stage, solution);
         SolvedStage { outcome, residual: certificate.residual(), gap: certificate.gap }

@@ -151,10 +151,10 @@ impl EliminatedChain<f64, Vector6<f64>, ChainStep> for Chain<'_> {
         (self.links[link].step, self.links[link].step_rates) = (twist, rates);
     }
 
-    fn respond(&mut self, coupling: &Coupling<f64, Vector6<f64>>, response: &mut Vec<ChainStep>) {
+    fn respond(&mut self, links: [usize; 2], column: &[Vector6<f64>; 2], response: &mut Vec<ChainStep>) {
         let mut load = Vector6::zeros();
         for (link, own) in self.links.iter().enumerate().rev() {
-            for (_, w) in coupling.links.iter().zip(&coupling.direction).filter(|(of, _)| **of == link) {
+            for (_, w) in links.iter().zip(column).filter(|(of, _)| **of == link) {
                 load += w;
             }
             if link > 0 {

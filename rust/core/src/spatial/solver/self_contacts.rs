@@ -176,10 +176,10 @@ impl<T: Real> EliminatedChain<T, Wrench<T>, ChainStep<T>> for Chain<'_, T> {
     }
 
     #[inline(always)]
-    fn respond(&mut self, coupling: &Coupling<T, Wrench<T>>, response: &mut Vec<ChainStep<T>>) {
+    fn respond(&mut self, links: [usize; 2], column: &[Wrench<T>; 2], response: &mut Vec<ChainStep<T>>) {
         let mut gradient = Momentum::zero();
         for (link, term) in self.links.iter().enumerate().rev() {
-            for (_, w) in coupling.links.iter().zip(&coupling.direction).filter(|(of, _)| **of == link) {
+            for (_, w) in links.iter().zip(column).filter(|(of, _)| **of == link) {
                 gradient = gradient.plus_scaled(w, T::splat(-1.0));
             }
             if link > 0 {

@@ -416,8 +416,8 @@ impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
         self.steps[link] = step;
     }
 
-    fn respond(&mut self, coupling: &Coupling<f64>, response: &mut Vec<Vector3<f64>>) {
-        respond(coupling, |link| &self.segments[link], self.head, self.movables, self.constant, response);
+    fn respond(&mut self, links: [usize; 2], column: &[Vector3<f64>; 2], response: &mut Vec<Vector3<f64>>) {
+        respond((links, column), |link| &self.segments[link], self.head, self.movables, self.constant, response);
     }
 }
 

@@ -1,22 +1,23 @@
-//! Friction at obstacles: a fixed point over the normal impulses.
+//! Friction at contacts: a fixed point over the normal impulses.
 //!
-//! Coulomb's law bounds friction at an obstacle by mu times a normal impulse that is itself unknown. The stage is then not
-//! an optimisation problem, and solutions need not be unique. With fixed bounds it is one. The iteration holds the bounds
-//! while it minimises, and moves them with the multipliers to those of the normal impulses, until they change by no more
-//! than the tolerance, as a velocity of the link.
+//! Coulomb's law bounds friction at an obstacle or between links by mu times a normal impulse that is itself unknown. The
+//! stage is then not an optimisation problem, and solutions need not be unique. With fixed bounds it is one. The iteration
+//! holds the bounds while it minimises, and moves them with the multipliers to those of the normal impulses, until they
+//! change by no more than the tolerance, as a velocity of the link.
 //!
 //! The certificate judges with the bounds of the solution itself. A stage whose bounds have not settled goes to the
 //! fallback. It keeps its solution where the bounds came close ([`KEPT_CHANGE`]), and is solved without friction at
-//! obstacles where they did not: the fallback starts from there, and a robot whose budget for it is spent keeps that.
+//! contacts where they did not: the fallback starts from there, and a robot whose budget for it is spent keeps that.
 
 use crate::math::{Mask, Real, select_into};
+use crate::rows::FrictionRow;
 use crate::solver::Outcome;
 
 use super::{Newton, Stage, StageSolution};
 
 /// Solves a stage whose contacts have friction, in the given lanes.
 #[inline(always)]
-pub fn solve_with_obstacle_friction<T: Real>(
+pub fn solve_with_contact_friction<T: Real>(
     newton: &mut Newton<T>,
     stage: &mut Stage<T>,
     solution: &mut StageSolution<T>,
@@ -24,7 +25,8 @@ pub fn solve_with_obstacle_friction<T: Real>(
     max_iterations: u32,
     lanes: T::Mask,
 ) -> Outcome<T> {
-    set_bounds(stage, solution);
+    set_bounds(&mut stage.obstacle_friction, &solution.contact);
+    set_bounds(&mut stage.pair_friction, &solution.pair);
     let mut outcome = newton.solve(stage, solution, tolerance, max_iterations, lanes);
     let failed = lanes & !outcome.converged & !newton.bound_error().le(T::splat(KEPT_CHANGE));
     if failed.any() {
@@ -35,13 +37,15 @@ pub fn solve_with_obstacle_friction<T: Real>(
     outcome
 }
 
-/// Gives up friction at obstacles in the given lanes, and starts anew from the reference velocity: bounds that grow from
+/// Gives up friction at contacts in the given lanes, and starts anew from the reference velocity: bounds that grow from
 /// solve to solve must not leave the robot with velocities that no law limits.
 #[inline(always)]
 fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes: T::Mask) {
     let zero = T::zero();
-    for friction in &mut stage.obstacle_friction {
-        friction.bound = T::select(lanes, zero, friction.bound);
+    let Stage { obstacle_friction, pair_friction, .. } = stage;
+    let bounds = obstacle_friction.iter_mut().map(|row| &mut row.bound);
+    for bound in bounds.chain(pair_friction.iter_mut().map(|row| &mut row.bound)) {
+        *bound = T::select(lanes, zero, *bound);
     }
     for (u, link) in solution.twist.iter_mut().zip(&stage.links) {
         select_into(u, lanes, &link.reference);
@@ -49,7 +53,7 @@ fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes
     for impulse in &mut solution.friction {
         (impulse.x, impulse.y) = (T::select(lanes, zero, impulse.x), T::select(lanes, zero, impulse.y));
     }
-    let StageSolution { spin, actuator, stop, contact, obstacle_friction, pair, .. } = solution;
+    let StageSolution { spin, actuator, stop, contact, obstacle_friction, pair, pair_friction, .. } = solution;
     for impulse in spin
         .iter_mut()
         .chain(actuator)
@@ -57,6 +61,7 @@ fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes
         .chain(contact)
         .chain(obstacle_friction)
         .chain(pair)
+        .chain(pair_friction)
     {
         *impulse = T::select(lanes, zero, *impulse);
     }
@@ -64,9 +69,9 @@ fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes
 
 /// Takes the bounds of the normal impulses with which the solver starts.
 #[inline(always)]
-fn set_bounds<T: Real>(stage: &mut Stage<T>, solution: &StageSolution<T>) {
-    for friction in &mut stage.obstacle_friction {
-        friction.bound = friction.coefficient * solution.contact[friction.contact].max(T::zero());
+fn set_bounds<R, T: Real>(rows: &mut [FrictionRow<R, T>], normal: &[T]) {
+    for row in rows {
+        row.bound = row.coefficient * normal[row.normal].max(T::zero());
     }
 }
 
