@@ -494,13 +494,8 @@ fn coupled_stage(case: usize, rough: bool, random: &mut Random) -> Stage {
         let normal = vector(1.0).xy().normalize();
         let [direction, along] = [normal, Vector2::new(-normal.y, normal.x)].map(|w| w.push(0.05 * vector(1.0).x));
         stage.contacts.push(StageContact { link: chain, direction, offset: 0.0 });
-        stage.obstacle_friction.push(StageObstacleFriction {
-            contact: 0,
-            link: chain,
-            direction: along,
-            coefficient: 0.3,
-            bound: 0.0,
-        });
+        let along = StageContact { link: chain, direction: along, offset: 0.0 };
+        stage.obstacle_friction.push(StageObstacleFriction { normal: 0, along, coefficient: 0.3, bound: 0.0 });
     }
     stage
 }
