@@ -40,7 +40,7 @@ pub fn joint_directions(stage: &Stage) -> DMatrix<f64> {
 /// # Panics
 /// If the constraints depend on each other.
 pub fn after_impact(robot: &Robot, state: &PlanarState, w: &DVector<f64>) -> Vec<Twist> {
-    impact(robot, state, &[w.clone()], w).0
+    impact(robot, state, std::slice::from_ref(w), w).0
 }
 
 /// The same with friction along `d`: whether it sticks, and the velocities after an impact with the impulse `P (w + f d)`,
@@ -58,7 +58,7 @@ pub fn after_rough_impact(
     if held.abs() <= mu * pressed {
         return (true, stuck);
     }
-    (false, impact(robot, state, &[w.clone()], &(w + d * mu.copysign(held))).0)
+    (false, impact(robot, state, std::slice::from_ref(w), &(w + d * mu.copysign(held))).0)
 }
 
 /// Velocities after an impact that ends the rates of all `rows`, and the impulses along the first and the last of them; the
