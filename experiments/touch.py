@@ -1,4 +1,4 @@
-"""What touch is worth: policies of class aiko that know the map, that feel contacts, and that do neither.
+"""What touch is worth: policies of class aiko with a map, with rays, with touch alone, and with none of these.
 
     python -m experiments.touch
 
@@ -38,9 +38,10 @@ from training.submission import leaderboard
 from training.submission.entry import Submission, policy, read
 from training.submission.play import task_of
 
-TRACKS = ("map", "touch", "proprioception")
+TRACKS = ("map", "range", "touch", "proprioception")
 HIDDEN: dict[str, dict[str, tuple[str, ...]]] = {
     "map": {"pegs": ("pegs", "link_pegs"), "forces": ("contact_force",)},
+    "range": {"rays": ("range",), "forces": ("contact_force",)},
     "touch": {"forces": ("contact_force",)},
 }
 """Blocks that are hidden from the policies of a track, by what they tell."""
@@ -205,7 +206,7 @@ def draw(entries: dict[str, Submission], found: dict[str, list[Mechanism]], path
         drawn, axes = drawing.figure(1, 3, 9.0, 2.9)
         for number, track in enumerate(TRACKS):
             runs = found[track]
-            _successes(axes[0, 0], entries[track], number - 1)
+            _successes(axes[0, 0], entries[track], number)
             for sign, forces in ((1, [one.ahead for one in runs]), (-1, [one.back for one in runs])):
                 label = track if sign > 0 else None
                 _lines(axes[0, 1], np.linspace(1, len(forces[0]), len(forces[0])), forces, number, label)
@@ -220,12 +221,12 @@ def draw(entries: dict[str, Submission], found: dict[str, list[Mechanism]], path
         return drawing.save(drawn, path)
 
 
-def _successes(axes: Axes, entry: Submission, shift: int) -> None:
+def _successes(axes: Axes, entry: Submission, number: int) -> None:
     """A mark per run and task, and a line at their mean."""
     for place, task in enumerate(entry.tasks):
-        x, rates = place + 0.22 * shift, leaderboard.values(entry, task, "success")
-        axes.plot(np.full(len(rates), x), rates, "o", color=f"C{shift + 1}", markersize=3.5)
-        axes.hlines(np.mean(rates), x - 0.09, x + 0.09, color=f"C{shift + 1}", linewidth=2.0)
+        x, rates = place + 0.2 * (number - 0.5 * (len(TRACKS) - 1)), leaderboard.values(entry, task, "success")
+        axes.plot(np.full(len(rates), x), rates, "o", color=f"C{number}", markersize=3.5)
+        axes.hlines(np.mean(rates), x - 0.09, x + 0.09, color=f"C{number}", linewidth=2.0)
 
 
 def _lines(axes: Axes, x: Array, runs: Sequence[Array], number: int, label: str | None) -> None:

@@ -53,6 +53,7 @@ ARGUMENTS = {
     "observation_noise": "amplitudes of uniform noise on blocks of the observation, by name and in their units, >= 0",
     "observation_delay": "delays of blocks of the observation, by name [s], in whole control periods, at most 100",
     "imu_link": "link of `accelerometer`, `gyro` and `gravity`, from 0; link 1 of their descriptions is the default",
+    "range_link": "link of `range`, from 0",
     "encoder_resolution": "angle between two marks of the joint encoders [rad], 0 to a tenth of a turn; 0: exact. "
     "`joint_angle` is rounded to a mark, noise of `randomization` included",
     "energy": 'what `energy` and `cost_of_transport` count: "mechanical", the positive work of the actuators, or '

@@ -62,6 +62,7 @@ class TaskOptions(TypedDict, total=False):
     observation_noise: Mapping[str, float]
     observation_delay: Mapping[str, float]
     imu_link: int
+    range_link: int
     encoder_resolution: float
     energy: str
     termination: Mapping[str, bool]

@@ -163,6 +163,7 @@ def test_links_that_the_ground_carries_are_those_with_a_normal_force():
     [
         ({"imu_link": 11}, r"imu_link = 11: expected .* \[0, 10\]"),
         ({"imu_link": -1}, "imu_link = -1"),
+        ({"range_link": 11}, r"range_link = 11: expected .* \[0, 10\]"),
         ({"encoder_resolution": -0.1}, r"encoder_resolution = -0\.1"),
         ({"encoder_resolution": 1.0}, "encoder_resolution = 1"),
     ],
@@ -266,22 +267,23 @@ def around(rng):
     return found
 
 
+@pytest.mark.parametrize("link", [0, 7])
 @pytest.mark.parametrize("model", MODELS)
-def test_ranges_are_those_of_an_independent_geometry(model):
+def test_ranges_are_those_of_an_independent_geometry(model, link):
     rng = np.random.default_rng(3)
-    env = sensing(6, ["range"], model=model, task="field")
+    env = sensing(6, ["range"], model=model, task="field", range_link=link)
     reach = env.layout["observation"][0]["scale"]
     scenes = [around(rng) for _ in range(6)]
     start = Start(position=(0.0, 0.0), heading=math.pi, posture="straight")
     hits = 0
     seen = driven(env, 12, options={"scene": [Scene(obstacles=s) for s in scenes], "start": start})
     for found, state, _ in seen[::3]:
-        ahead, head = axes_of(state)[:, 0, :2], state.link_position[:, 0, :2]
-        expected = [traced(head[k], ahead[k], scenes[k], reach) for k in range(6)]
+        ahead, eye = axes_of(state, link)[:, 0, :2], state.link_position[:, link, :2]
+        expected = [traced(eye[k], ahead[k], scenes[k], reach) for k in range(6)]
         # A ray that grazes an obstacle ends the trace early, by less than sqrt(2 r 1e-9).
         np.testing.assert_allclose(found["range"], expected, atol=3e-5)
         hits += (np.array(expected) < reach - 1e-3).sum()
-    assert hits > 60
+    assert hits > (60 if link == 0 else 25), "more obstacles are ahead than beside"
 
 
 def test_rays_in_a_pipe_end_at_its_wall():

@@ -163,6 +163,9 @@ pub struct EnvConfig {
     /// The link with accelerometer, gyroscope and sense of gravity, from 0.
     #[serde(deserialize_with = "integer_in::<_, 0, MAX_LINKS>")]
     pub imu_link: usize,
+    /// The link with the range finder, from 0.
+    #[serde(deserialize_with = "integer_in::<_, 0, MAX_LINKS>")]
+    pub range_link: usize,
     /// Angle between two marks of the joint encoders; zero: joint angles are read exactly \[rad\].
     pub encoder_resolution: f64,
     /// What the energy and the cost of transport count.
@@ -239,6 +242,7 @@ impl Default for EnvConfig {
             observation_noise: BTreeMap::new(),
             observation_delay: BTreeMap::new(),
             imu_link: 0,
+            range_link: 0,
             encoder_resolution: 0.0,
             energy: Energy::default(),
             termination: Termination::default(),
@@ -281,8 +285,10 @@ impl EnvConfig {
         require(points <= MOST_PUSH_POINTS, "push_points", points, "an integer in [0, 4]")?;
         self.randomization.validate_for(self.control_period).map_err(|e| e.inside("randomization"))?;
         within("difficulty", self.difficulty, 0.0, 1.0)?;
-        let (imu, links) = (self.imu_link, self.robot.links);
-        require(imu < links, "imu_link", imu, &format!("a link, an integer in [0, {}]", links.saturating_sub(1)))?;
+        let links = self.robot.links;
+        for (name, link) in [("imu_link", self.imu_link), ("range_link", self.range_link)] {
+            require(link < links, name, link, &format!("a link, an integer in [0, {}]", links.saturating_sub(1)))?;
+        }
         within("encoder_resolution", self.encoder_resolution, 0.0, COARSEST_ENCODER)?;
         within("start_jitter", self.start_jitter, 0.0, 1.0)?;
         Scene::new(&self.ground())?;

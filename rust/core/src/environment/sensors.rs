@@ -15,6 +15,8 @@ pub struct Sensors {
     randomization: Randomization,
     /// Angle between two marks of the joint encoders, zero for exact ones \[rad\].
     resolution: f64,
+    /// The link with the range finder.
+    pub range_link: usize,
     pub joint_angle: Vec<f64>,
     pub joint_rate: Vec<f64>,
     pub motion: Motion,
@@ -32,6 +34,7 @@ impl Sensors {
         Self {
             randomization: config.randomization,
             resolution: config.encoder_resolution,
+            range_link: config.range_link,
             joint_angle,
             joint_rate,
             motion,

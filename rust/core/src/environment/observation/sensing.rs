@@ -47,7 +47,7 @@ impl<M: RobotModel> BlockRow<M> {
         BlockRow {
             name: "range",
             unit: "m",
-            description: "distance from the leading link's CG to the nearest obstacle along 9 rays, at most the robot's \
+            description: "distance from the CG of link 1, or of `range_link`, to the nearest obstacle along 9 rays, at most the robot's \
                           length. They go from the right over straight ahead to the left in steps of pi/8. In 3D the rays are horizontal, from the height of \
                           that CG, and pass above lower obstacles",
             present: |setup| setup.has_pegs(),
@@ -56,17 +56,17 @@ impl<M: RobotModel> BlockRow<M> {
             bound: 1.0,
             memory: false,
             read: |view, values| {
-                let head = view.model.link(0);
+                let link = view.model.link(view.sensors.range_link);
                 // Link 1 leads: forward is against its axis.
                 let direction = |ray: usize| {
-                    let (sin, cos) = (head.angle + PI - FRAC_PI_2 + PI / (RAYS - 1) as f64 * ray as f64).sin_cos();
+                    let (sin, cos) = (link.angle + PI - FRAC_PI_2 + PI / (RAYS - 1) as f64 * ray as f64).sin_cos();
                     Vector2::new(cos, sin)
                 };
                 let rays = std::array::from_fn::<_, RAYS, _>(direction);
                 values.fill(view.model.robot().total_length());
                 let obstacles = &view.model.simulation().body().obstacles;
-                let eye = Vector2::new(head.x, head.y);
-                obstacles.cast_rays(&eye, view.model.head_height(), &rays, values);
+                let eye = Vector2::new(link.x, link.y);
+                obstacles.cast_rays(&eye, view.model.height(view.sensors.range_link), &rays, values);
                 for movable in view.model.movables() {
                     for (value, ray) in values.iter_mut().zip(&rays) {
                         *value = value.min(movable.distance_along(&eye, ray));

@@ -140,8 +140,8 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     /// A link seen from above; the one with index 0 leads.
     fn link(&self, index: usize) -> LinkPose;
 
-    /// Height of the leading link's CG, zero in the plane \[m\].
-    fn head_height(&self) -> f64 {
+    /// Height of a link's CG, zero in the plane \[m\].
+    fn height(&self, _: usize) -> f64 {
         0.0
     }
 

@@ -226,8 +226,8 @@ impl RobotModel for SpatialRobot {
         self.forces.peg[link] != Vector2::zeros() || self.forces.lift[link] != 0.0
     }
 
-    fn head_height(&self) -> f64 {
-        self.simulation.state().pose[0].position.z
+    fn height(&self, link: usize) -> f64 {
+        self.simulation.state().pose[link].position.z
     }
 
     fn motion(&self) -> Motion {
