@@ -179,3 +179,5 @@ def test_an_entry_says_what_its_policies_are_and_how_they_fare():
     assert (found.cost_of_transport, found.contact_free, found.chatter) == pytest.approx((2.0, 0.25, 0.2))
     backwards = play.summary(episodes | {"distance": np.array([-2.0, -1.0])})
     assert backwards.cost_of_transport is backwards.contact_free is None
+    slid_back = play.summary(episodes | {"contact_free_progress": np.array([-0.5, 0.25])})
+    assert slid_back.contact_free is None, "less than nothing is no share"

@@ -63,15 +63,14 @@ def episodes(
 def summary(found: Episodes) -> Scores:
     """What an entry has of the episodes of a run in a task."""
     row, speed = scores.score(found), found["speed"].astype(np.float64)
-    finite = {
-        name: value if np.isfinite(value := row[name].value) else None for name in ("cost_of_transport", "contact_free")
-    }
+    cost, free = row["cost_of_transport"].value, row["contact_free"].value
     return Scores(
         success=row["success"].value,
         speed=row["speed"].value,
         speed_deviation=float(speed.std(ddof=1)) if len(speed) > 1 else 0.0,
         score=float(np.where(found["is_success"], speed, 0.0).mean()),
         chatter=row["chatter"].value,
-        **finite,
+        cost_of_transport=cost if np.isfinite(cost) else None,
+        contact_free=free if 0.0 <= free <= 1.0 else None,  # what is neither is no share: hardly any progress
         failed=int((found["diverged"] | found["penetrated"]).sum()),
     )
