@@ -150,7 +150,7 @@ def test_the_leaderboard_ranks_by_the_score_over_runs():
     rows = [line for line in text.splitlines() if line.startswith("| `")]
     assert [row.split("`")[1] for row in rows] == ["fast", "slow"]
     assert "| 3 | 4 | 0.0 | 0.200 [0.1" in rows[0]
-    assert "| 0.400 [-0.097, 0.897] |" in rows[0], "the mean over runs with Student's interval"
+    assert "| 0.400 [0.000, 0.897] |" in rows[0], "the mean over runs with Student's interval"
     assert rows[0].endswith("| 0.200 | - |"), "what one run lacks is not averaged"
     assert "[" not in rows[1], "one run has no interval over runs"
     assert "## ideal, planar" in text
