@@ -51,12 +51,12 @@ def test_a_run_is_measured_over_the_steps_of_its_episodes(tmp_path):
 
 
 def test_tables_are_over_runs():
-    entries = {"map": entry(0.8, 0.9, 1.0), "touch": entry(0.5, 0.6, 0.7), "proprioception": entry(0.5, 0.6, 0.7)}
+    entries = dict.fromkeys(touch.TRACKS, entry(0.5, 0.6, 0.7)) | {"map": entry(0.8, 0.9, 1.0)}
     rows = touch.scores(entries).splitlines()
     assert rows[2].startswith("| map | 3 | 0.900 [0.652, 1.000] |"), "Student's interval"
-    first, second = touch.differences(entries)
-    assert first == "map against touch: field-hard +0.300 [+0.073, +0.527]"
-    assert second.startswith("touch against proprioception: field-hard +0.000 [-0.2")
-    entries["touch"] = entry(0.5)
-    assert touch.differences(entries)[0] == "map against touch: field-hard +0.400", "one run has no interval"
-    assert touch.scores(entries).splitlines()[3].startswith("| touch | 1 | 0.500 |")
+    first, second, _ = touch.differences(entries)
+    assert first == "map against range: field-hard +0.300 [+0.073, +0.527]"
+    assert second.startswith("range against touch: field-hard +0.000 [-0.2")
+    entries["range"] = entry(0.5)
+    assert touch.differences(entries)[0] == "map against range: field-hard +0.400", "one run has no interval"
+    assert touch.scores(entries).splitlines()[3].startswith("| range | 1 | 0.500 |")
