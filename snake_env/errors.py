@@ -6,7 +6,7 @@ from snake_env._native import ConfigError, DivergenceError, InternalError
 
 __all__ = ["ConfigError", "DivergenceError", "InternalError"]
 
-LONGEST = {"field": 120, "value": 200, "expected": 640}
+LONGEST = {"field": 120, "value": 200, "expected": 720}
 """Parts of a message [bytes]: values may come from files, and be of any length."""
 
 
