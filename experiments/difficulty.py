@@ -87,10 +87,9 @@ def compare(args: Options) -> int:
 
 def measure(policy: str, task: BenchmarkTask, args: Options) -> Curve:
     """Success rate of a policy in a family, difficulty by difficulty; scripted controllers as tuned for the family."""
-    curve = []
+    player, curve = load_policy(policy, task=task.name), []
     for difficulty in args.difficulties:
         given = task.options | {"difficulty": difficulty}
-        player = load_policy(policy, task=task.name)
         episodes = run_episodes(player, task.env_id, seeds.held_out(args.fields), args.num_threads, **given)
         curve.append(mean_interval(episodes["is_success"].astype(float)))
     return curve
@@ -109,7 +108,7 @@ def level(curve: Curve, difficulties: tuple[float, ...]) -> str:
 def rates(curves: dict[str, Curve], difficulties: tuple[float, ...]) -> str:
     """Success rates with their 95 % confidence intervals, and the levels reached, as Markdown."""
     rows = {
-        name: [f"{one.value:.2f} [{one.low:.2f}, {one.high:.2f}]" for one in curve] + [level(curve, difficulties)]
+        name: [*(f"{one.value:.2f} [{one.low:.2f}, {one.high:.2f}]" for one in curve), level(curve, difficulties)]
         for name, curve in curves.items()
     }
     head = ["task", *(f"{difficulty:g}" for difficulty in difficulties), "level"]

@@ -261,6 +261,21 @@ pub struct Kind {
     pub orthotropy: f64,
 }
 
+impl Kind {
+    /// The case of this number of a sweep over contacts, stiffness, limits and friction.
+    pub fn of_case(links: usize, case: usize) -> Self {
+        Self {
+            links,
+            contacts: case % 3,
+            stiff: case.is_multiple_of(2),
+            limited: case.is_multiple_of(5),
+            friction: !case.is_multiple_of(4),
+            mass_ratio: 3.0,
+            orthotropy: 1.0,
+        }
+    }
+}
+
 /// A stage of about 10 ms of a robot like Aiko, with every datum drawn at random.
 pub fn random_stage(kind: Kind, random: &mut Random) -> Stage {
     let c = random.magnitude(1e-3, 5e-2);

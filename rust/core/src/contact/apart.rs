@@ -1,3 +1,5 @@
+//! Obstacles that can be pushed start outside of all others.
+
 use nalgebra::Vector2;
 
 use crate::error::{ConfigError, require};
@@ -5,6 +7,8 @@ use crate::obstacles::{Movable, ObstacleGrid};
 
 use super::{PlacedLink, link_pair_gap, obstacle_gap};
 
+/// Checks the start of a scene.
+///
 /// # Errors
 /// Names an obstacle that can be pushed and starts inside another one.
 pub fn require_apart(obstacles: &ObstacleGrid) -> Result<(), ConfigError> {
@@ -23,5 +27,5 @@ fn at_start(movable: &Movable) -> PlacedLink<'_> {
     PlacedLink::new(movable, Vector2::from(movable.start).push(0.0))
 }
 
-/// \[m\]
+/// Depth at the start that is let pass \[m\].
 const DEEPEST: f64 = 1e-3;

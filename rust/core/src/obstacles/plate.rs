@@ -1,3 +1,5 @@
+//! Integrals over the area of a convex polygon.
+
 use nalgebra::Vector2;
 
 use super::ConvexPolygon;

@@ -6,8 +6,8 @@ use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
 use snake_core::obstacles::{Movable, Node, Obstacle, ObstacleGrid, Shape};
 use snake_core::planar::{
-    Fallback, Fleet, Heading, InteriorPoint, Moved, Newton, PlanarState, PlanarSystem, Pose, Scripted, Stage,
-    StageContact, StageLink, StageObstacleFriction, StagePair, StageSolution, Twist, certify,
+    Fallback, Heading, InteriorPoint, Moved, Newton, Pose, Scripted, Stage, StageContact, StageLink,
+    StageObstacleFriction, StagePair, StageSolution, Twist, certify,
 };
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_FREE, SceneConfig};
@@ -17,6 +17,8 @@ use snake_core::stepping::{ImplicitConfig, StepStatistics};
 use snake_test_support::allocation::REQUESTS;
 use snake_test_support::planar::{Hold, Random, build, ground, implicit, links, posture};
 use snake_test_support::planar_stage::{self as dense, Kind};
+
+use crate::movable_laws::require_alike_in_every_company;
 
 const GRAVITY: f64 = 9.81;
 
@@ -386,47 +388,21 @@ fn work_of_a_robot_among_boxes_is_energy_and_dissipation() {
     }
 }
 
-/// Robots with bodies of all kinds and some rough pegs around them move the same alone and among others.
+/// With bodies of all kinds and some rough pegs around them.
 #[test]
 fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_boxes() {
-    let system = PlanarSystem::new(
-        Robot::new(&RobotConfig::default()).unwrap(),
-        [0.1, 0.5],
-        ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
-    )
-    .unwrap();
-    let robots = || -> Vec<Scripted<Wave>> {
-        let robot = |k: usize| {
-            let mut random = Random::new(40 + k as u64);
-            let places = [[1.0, 0.2], [0.9, -0.22], [0.4, 0.33], [0.3, -0.2]];
-            let mut obstacles: Vec<_> =
-                places.into_iter().take(k % 5).map(|place| some_body(&mut random, place, 0.12)).collect();
-            if k.is_multiple_of(2) {
-                obstacles.push(Obstacle { friction: 0.3, ..[0.1, -0.9, 0.1].into() });
-                obstacles.push(Obstacle { friction: 0.3, ..[0.05, 0.35, 0.5].into() });
-            }
-            let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
-            Scripted::new(&system.robot, ObstacleGrid::of(&obstacles), START_FREE, &posture(&wave, 10), wave)
-        };
-        (0..11).map(robot).collect()
-    };
-    let run = |robots: &mut [Scripted<Wave>], width: usize| -> Vec<PlanarState> {
-        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, width);
-        for _ in 0..60 {
-            fleet.advance(&system, robots, 0.05, |_| true);
+    require_alike_in_every_company(|system, k| {
+        let mut random = Random::new(40 + k as u64);
+        let places = [[1.0, 0.2], [0.9, -0.22], [0.4, 0.33], [0.3, -0.2]];
+        let mut obstacles: Vec<_> =
+            places.into_iter().take(k % 5).map(|place| some_body(&mut random, place, 0.12)).collect();
+        if k.is_multiple_of(2) {
+            obstacles.push(Obstacle { friction: 0.3, ..[0.1, -0.9, 0.1].into() });
+            obstacles.push(Obstacle { friction: 0.3, ..[0.05, 0.35, 0.5].into() });
         }
-        robots.iter().map(|robot| robot.body.state.clone()).collect()
-    };
-    let alone: Vec<PlanarState> = (0..11).map(|k| run(std::slice::from_mut(&mut robots()[k]), 1).remove(0)).collect();
-    let at_first = robots();
-    let pushing =
-        at_first.iter().zip(&alone).filter(|(robot, state)| robot.body.state.movables != state.movables).count();
-    assert!(pushing > 3, "{pushing} robots push something");
-    for width in [2, 11] {
-        let together = run(&mut robots(), width);
-        let other: Vec<usize> = (0..11).filter(|&k| together[k] != alone[k]).collect();
-        assert!(other.is_empty(), "robots {other:?} of a fleet made for {width} robots");
-    }
+        let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
+        Scripted::new(&system.robot, ObstacleGrid::of(&obstacles), START_FREE, &posture(&wave, 10), wave)
+    });
 }
 
 /// A snapshot in the middle of pushing continues bit for bit; nothing allocates in a step.

@@ -13,6 +13,8 @@ use snake_test_support::allocation::REQUESTS;
 use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, momentum, moving_chain};
 use snake_test_support::planar_stage::{self as dense, Kind, after_rough_impact, stacked};
 
+use crate::self_contact_laws::closed_by;
+
 fn rough(links: usize, link_friction: f64) -> RobotConfig {
     RobotConfig { links, link_friction, ..RobotConfig::default() }
 }
@@ -20,13 +22,7 @@ fn rough(links: usize, link_friction: f64) -> RobotConfig {
 /// A limp chain whose first and last link touch within a nanometre, without friction on the ground.
 fn closed_ring(robot: &RobotConfig, shape: &[f64], order: u32) -> PlanarSimulation {
     let mut simulation = build(robot, &ground([0.0, 0.0]), &LIMP, &implicit(1e-6, order));
-    let (mut open, mut closed) = (0.5 / shape.len() as f64, 6.0 / shape.len() as f64);
-    for _ in 0..60 {
-        let middle = 0.5 * (open + closed);
-        let joints: Vec<f64> = shape.iter().map(|angle| angle * middle).collect();
-        simulation.place_chain(0.1, -0.2, 0.4, &joints);
-        if simulation.self_gap() > 0.0 { open = middle } else { closed = middle }
-    }
+    closed_by(&mut simulation, shape);
     simulation
 }
 
@@ -118,16 +114,7 @@ fn a_ring_that_closes_and_rubs_keeps_its_momentum_and_loses_energy() {
 fn the_certificate_judges_friction_between_links() {
     let (mut random, mut rubbing) = (Random::new(48), 0);
     for case in 0..60 {
-        let kind = Kind {
-            links: 6 + case % 4,
-            contacts: case % 3,
-            stiff: case % 2 == 0,
-            limited: case % 5 == 0,
-            friction: case % 4 != 0,
-            mass_ratio: 3.0,
-            orthotropy: 1.0,
-        };
-        let mut stage = dense::random_stage(kind, &mut random);
+        let mut stage = dense::random_stage(Kind::of_case(6 + case % 4, case), &mut random);
         dense::fold(&mut stage, [1, 2, 3][case % 3], &mut random);
         dense::roughen(&mut stage, 0.3, &mut random);
         let mut solution = StageSolution::new(stage.links.len());

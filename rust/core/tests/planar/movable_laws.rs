@@ -327,31 +327,15 @@ fn cluttered(random: &mut Random, count: usize) -> Vec<Obstacle> {
     all
 }
 
-/// Robots with none to four discs and some pegs around them move the same alone and among others.
-#[test]
-fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_discs() {
+/// Eleven robots that push things move the same alone and among others.
+pub fn require_alike_in_every_company(robot: impl Fn(&PlanarSystem, usize) -> Scripted<Wave>) {
     let system = PlanarSystem::new(
         Robot::new(&RobotConfig::default()).unwrap(),
         [0.1, 0.5],
         ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() },
     )
     .unwrap();
-    let wave = Wave::default();
-    let robots = || -> Vec<Scripted<Wave>> {
-        let robot = |k: usize| {
-            let mut obstacles = cluttered(&mut Random::new(7 + k as u64), k % 5);
-            obstacles.iter_mut().for_each(|one| match &mut one.shape {
-                Shape::Circle(peg) => peg.y -= 0.6,
-                _ => unreachable!("a disc"),
-            });
-            if k.is_multiple_of(2) {
-                obstacles.push([0.1, -0.9, 0.1].into());
-            }
-            let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..wave };
-            Scripted::new(&system.robot, ObstacleGrid::of(&obstacles), START_FREE, &posture(&wave, 10), wave)
-        };
-        (0..11).map(robot).collect()
-    };
+    let robots = || -> Vec<Scripted<Wave>> { (0..11).map(|k| robot(&system, k)).collect() };
     let run = |robots: &mut [Scripted<Wave>], width: usize| -> Vec<PlanarState> {
         let mut fleet = Fleet::new(ImplicitConfig::default(), &system, width);
         for _ in 0..60 {
@@ -369,6 +353,23 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_discs() {
         let other: Vec<usize> = (0..11).filter(|&k| together[k] != alone[k]).collect();
         assert!(other.is_empty(), "robots {other:?} of a fleet made for {width} robots");
     }
+}
+
+/// With none to four discs and some pegs around them.
+#[test]
+fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_discs() {
+    require_alike_in_every_company(|system, k| {
+        let mut obstacles = cluttered(&mut Random::new(7 + k as u64), k % 5);
+        obstacles.iter_mut().for_each(|one| match &mut one.shape {
+            Shape::Circle(peg) => peg.y -= 0.6,
+            _ => unreachable!("a disc"),
+        });
+        if k.is_multiple_of(2) {
+            obstacles.push([0.1, -0.9, 0.1].into());
+        }
+        let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
+        Scripted::new(&system.robot, ObstacleGrid::of(&obstacles), START_FREE, &posture(&wave, 10), wave)
+    });
 }
 
 /// A snapshot in the middle of pushing continues bit for bit; nothing allocates in a step.

@@ -55,7 +55,7 @@ fn an_impact_of_two_links_keeps_momentum_and_creates_no_energy() {
 }
 
 /// A chain whose first and last link touch, bent by `shape` times a common factor. Returns the factor.
-fn closed_by(simulation: &mut PlanarSimulation, shape: &[f64]) -> f64 {
+pub fn closed_by(simulation: &mut PlanarSimulation, shape: &[f64]) -> f64 {
     let (mut open, mut closed) = (0.5 / shape.len() as f64, 6.0 / shape.len() as f64);
     for _ in 0..60 {
         let middle = 0.5 * (open + closed);

@@ -29,16 +29,7 @@ fn the_velocities_are_those_of_the_dense_solver() {
     let (mut worst, mut closed, mut finished): (f64, usize, usize) = (0.0, 0, 0);
     for links in [3, 5, 8, 11] {
         for case in 0..30 {
-            let kind = Kind {
-                links,
-                contacts: case % 3,
-                stiff: case % 2 == 0,
-                limited: case % 5 == 0,
-                friction: case % 4 != 0,
-                mass_ratio: 3.0,
-                orthotropy: 1.0,
-            };
-            let mut stage = dense::random_stage(kind, &mut random);
+            let mut stage = dense::random_stage(Kind::of_case(links, case), &mut random);
             dense::fold(&mut stage, [1, 2, 5][case % 3], &mut random);
             let (solution, _) = solve(&stage, 1e-11);
             let certificate = certify(&stage, &solution);
