@@ -20,6 +20,12 @@ pub fn read_lane<T: Real, X: Laned<T>>(from: &[X], lane: usize, to: &mut [X::One
     }
 }
 
+/// Replaces `to` by one robot's data.
+pub fn replace_by_lane<T: Real, X: Laned<T>>(to: &mut Vec<X::One>, from: &[X], lane: usize) {
+    to.clear();
+    to.extend(from.iter().map(|entry| entry.lane(lane)));
+}
+
 /// Copies one robot's data to its lane; both have the same length.
 pub fn write_lane<T: Real, X: Laned<T>>(to: &mut [X], lane: usize, from: &[X::One]) {
     for (to, from) in to.iter_mut().zip(from) {

@@ -16,7 +16,7 @@ mod wide;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use avx::{Wide4, Wide8};
 pub(crate) use laned::laned;
-pub use laned::{Laned, read_lane, write_lane};
+pub use laned::{Laned, read_lane, replace_by_lane, write_lane};
 #[cfg(target_arch = "aarch64")]
 pub(crate) use neon::Wide4;
 #[cfg(target_arch = "aarch64")]

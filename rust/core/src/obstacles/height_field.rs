@@ -46,7 +46,7 @@ pub enum GroundFriction {
 
 /// A part of the surface: its point of the grid, and which one it is there.
 #[derive(Clone, Copy)]
-struct Place {
+struct PartIndex {
     i: usize,
     j: usize,
     kind: usize,
@@ -91,7 +91,7 @@ impl HeightField {
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let (spacing, origin, friction) = (*spacing, *origin, friction.clone());
         let mut field = Self { heights, size, spacing, origin, friction, parts: Vec::new(), has_parts: true, highest };
-        field.parts = field.places().map(|place| field.active_parts(place)).collect();
+        field.parts = field.grid_points().map(|index| field.active_parts(index)).collect();
         field.has_parts = field.parts.iter().any(|&parts| parts != 0);
         Ok(field)
     }
@@ -116,7 +116,7 @@ impl HeightField {
             GroundFriction::OfGround => None,
             GroundFriction::Coefficient(coefficient) => Some(*coefficient),
             GroundFriction::Cells(cells) => {
-                let Place { i, j, .. } = self.place(part);
+                let PartIndex { i, j, .. } = self.part_index(part);
                 let [columns, rows] = self.cells();
                 Some(cells[i.min(columns - 1)][j.min(rows - 1)])
             }
@@ -143,21 +143,21 @@ impl HeightField {
     }
 
     /// Height of the plane of a triangle.
-    fn height_over(&self, place: Place, point: &Vector2<f64>) -> f64 {
-        let ([along_x, along_y], from) = (self.slopes(place), self.point(place.i, place.j));
+    fn height_over(&self, index: PartIndex, point: &Vector2<f64>) -> f64 {
+        let ([along_x, along_y], from) = (self.slopes(index), self.point(index.i, index.j));
         from.z + along_x * (point.x - from.x) + along_y * (point.y - from.y)
     }
 
     /// Height of the ground under an end sphere at `point` where the ground's own law holds, infinitely low where faces
     /// of the field carry it otherwise; none beside the field \[m\].
     pub fn ground_below(&self, point: &Vector2<f64>) -> Option<f64> {
-        let place = self.below(point)?;
-        let is_level = !self.has_part(place);
-        Some(if is_level { self.heights[place.i * self.size[1] + place.j] } else { f64::NEG_INFINITY })
+        let index = self.below(point)?;
+        let is_level = !self.has_part(index);
+        Some(if is_level { self.heights[index.i * self.size[1] + index.j] } else { f64::NEG_INFINITY })
     }
 
     /// Whether there is a part and it can touch anything. A triangle that cannot is level ground.
-    fn has_part(&self, Place { i, j, kind }: Place) -> bool {
+    fn has_part(&self, PartIndex { i, j, kind }: PartIndex) -> bool {
         self.parts[i * self.size[1] + j] & (1 << kind) != 0
     }
 
@@ -167,40 +167,40 @@ impl HeightField {
     }
 
     /// The triangle below a point.
-    fn below(&self, point: &Vector2<f64>) -> Option<Place> {
+    fn below(&self, point: &Vector2<f64>) -> Option<PartIndex> {
         let local = self.local(point);
         let cells = self.cells();
         let is_over = (0..2).all(|axis| local[axis] >= 0.0 && local[axis] <= cells[axis] as f64);
         is_over.then(|| {
             let [i, j] = [0, 1].map(|axis| (local[axis] as usize).min(cells[axis] - 1));
             let kind = if local.y - j as f64 <= local.x - i as f64 { FACES[0] } else { FACES[1] };
-            Place { i, j, kind }
+            PartIndex { i, j, kind }
         })
     }
 
     /// The points of the grid, as their lists are sorted.
-    fn places(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+    fn grid_points(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
         let [columns, rows] = self.size;
         (0..columns).flat_map(move |i| (0..rows).map(move |j| [i, j]))
     }
 
-    fn number(&self, Place { i, j, kind }: Place) -> usize {
+    fn number(&self, PartIndex { i, j, kind }: PartIndex) -> usize {
         (i * self.size[1] + j) * KINDS + kind
     }
 
-    fn place(&self, number: usize) -> Place {
+    fn part_index(&self, number: usize) -> PartIndex {
         let (point, kind) = (number / KINDS, number % KINDS);
-        Place { i: point / self.size[1], j: point % self.size[1], kind }
+        PartIndex { i: point / self.size[1], j: point % self.size[1], kind }
     }
 
     /// Upward unit normal of a triangle.
-    fn normal(&self, place: Place) -> Vector3<f64> {
-        let [along_x, along_y] = self.slopes(place);
+    fn normal(&self, index: PartIndex) -> Vector3<f64> {
+        let [along_x, along_y] = self.slopes(index);
         Vector3::new(-along_x, -along_y, 1.0) / (1.0 + along_x * along_x + along_y * along_y).sqrt()
     }
 
     /// Rise of a triangle along x and y.
-    fn slopes(&self, Place { i, j, kind }: Place) -> [f64; 2] {
+    fn slopes(&self, PartIndex { i, j, kind }: PartIndex) -> [f64; 2] {
         let first = i * self.size[1] + j;
         let height = |right: usize, up: usize| self.heights[first + right * self.size[1] + up];
         let (near, far) = (height(0, 0), height(1, 1));
@@ -215,11 +215,11 @@ impl HeightField {
     }
 
     /// The triangles on the left and on the right of an edge; none beside the field.
-    fn beside_edge(&self, Place { i, j, kind }: Place) -> [Option<Place>; 2] {
+    fn beside_edge(&self, PartIndex { i, j, kind }: PartIndex) -> [Option<PartIndex>; 2] {
         let [columns, rows] = self.cells();
         let triangle = |i: Option<usize>, j: Option<usize>, kind: usize| {
             let (i, j) = (i.filter(|&i| i < columns)?, j.filter(|&j| j < rows)?);
-            Some(Place { i, j, kind })
+            Some(PartIndex { i, j, kind })
         };
         let (here, before) = ((Some(i), Some(j)), (i.checked_sub(1), j.checked_sub(1)));
         match kind {
@@ -230,7 +230,7 @@ impl HeightField {
     }
 
     /// Ends of an edge.
-    fn ends(&self, Place { i, j, kind }: Place) -> [Vector3<f64>; 2] {
+    fn ends(&self, PartIndex { i, j, kind }: PartIndex) -> [Vector3<f64>; 2] {
         let to = match kind {
             ALONG_X => (i + 1, j),
             ALONG_Y => (i, j + 1),
@@ -240,7 +240,7 @@ impl HeightField {
     }
 
     /// Outward normal of the vertical face below an edge of the border.
-    fn wall_normal(&self, Place { i, j, kind }: Place) -> Vector3<f64> {
+    fn wall_normal(&self, PartIndex { i, j, kind }: PartIndex) -> Vector3<f64> {
         let (axis, is_first) = if kind == WALL_X { (Vector3::y(), j == 0) } else { (Vector3::x(), i == 0) };
         if is_first { -axis } else { axis }
     }
@@ -281,7 +281,7 @@ impl Surface for HeightField {
                     continue;
                 }
                 for kind in (0..KINDS).filter(|kind| parts & (1 << kind) != 0) {
-                    let number = self.number(Place { i, j, kind });
+                    let number = self.number(PartIndex { i, j, kind });
                     visit(number, self.part(number));
                 }
             }
@@ -289,20 +289,20 @@ impl Surface for HeightField {
     }
 
     fn part(&self, number: usize) -> Part {
-        let place = self.place(number);
-        let Place { i, j, kind } = place;
+        let index = self.part_index(number);
+        let PartIndex { i, j, kind } = index;
         let point = self.point(i, j);
         match kind {
-            ALONG_X | ALONG_Y | DIAGONAL => Part::Edge(self.ends(place)),
+            ALONG_X | ALONG_Y | DIAGONAL => Part::Edge(self.ends(index)),
             CORNER => Part::Corner(point),
             PILLAR => Part::Edge([point, point - Vector3::z() * DEPTH]),
-            WALL_X | WALL_Y => Part::Face { normal: self.wall_normal(place), point },
-            _ => Part::Face { normal: self.normal(place), point },
+            WALL_X | WALL_Y => Part::Face { normal: self.wall_normal(index), point },
+            _ => Part::Face { normal: self.normal(index), point },
         }
     }
 
     fn holds(&self, face: usize, foot: &Vector3<f64>) -> bool {
-        let Place { i, j, kind } = self.place(face);
+        let PartIndex { i, j, kind } = self.part_index(face);
         let x = (foot.x - self.origin[0]) / self.spacing - i as f64;
         let y = (foot.y - self.origin[1]) / self.spacing - j as f64;
         let is_between = |low: f64, value: f64, high: f64| low - ROUNDING <= value && value <= high + ROUNDING;
@@ -319,15 +319,15 @@ impl Surface for HeightField {
     }
 
     fn visit_directions(&self, number: usize, visit: impl FnMut(&Vector3<f64>)) {
-        let place = self.place(number);
-        if place.kind == CORNER {
-            let (edges, count) = self.edges_at(place.i, place.j);
+        let index = self.part_index(number);
+        if index.kind == CORNER {
+            let (edges, count) = self.edges_at(index.i, index.j);
             edges[..count].iter().for_each(visit);
-        } else if place.kind == PILLAR {
+        } else if index.kind == PILLAR {
             let inward = |index: usize, axis: Vector3<f64>| if index == 0 { axis } else { -axis };
-            [inward(place.i, Vector3::x()), inward(place.j, Vector3::y())].iter().for_each(visit);
+            [inward(index.i, Vector3::x()), inward(index.j, Vector3::y())].iter().for_each(visit);
         } else {
-            self.face_directions(place).0.iter().for_each(visit);
+            self.face_directions(index).0.iter().for_each(visit);
         }
     }
 
@@ -342,15 +342,15 @@ impl Surface for HeightField {
     }
 
     fn touches(&self, face: usize) -> bool {
-        self.has_part(self.place(face))
+        self.has_part(self.part_index(face))
     }
 
     fn exit(&self, point: &Vector3<f64>) -> Option<usize> {
         if point.z >= self.highest {
             return None;
         }
-        let place = self.below(&point.xy())?;
-        (point.z < self.height_over(place, &point.xy())).then(|| self.number(place))
+        let index = self.below(&point.xy())?;
+        (point.z < self.height_over(index, &point.xy())).then(|| self.number(index))
     }
 }
 

@@ -44,7 +44,7 @@ pub(super) trait Surface {
 
 /// The part of a surface that a feature of the pair belongs to.
 pub(super) fn part_of(feature: usize) -> usize {
-    feature / PLACES
+    feature / SITES
 }
 
 /// Calls `visit` with every contact whose parts lie within `reach`, of features that are numbered by the parts of the
@@ -65,19 +65,19 @@ pub(super) fn visit_contacts(
     // An end may have entered the body farther than the reach.
     for (end, exit) in seen.exits.iter().enumerate() {
         if let Some(face) = exit.filter(|&face| surface.touches(face)) {
-            visit(face * PLACES + end, seen.end_on_face(&surface.part(face), end));
+            visit(face * SITES + end, seen.end_on_face(&surface.part(face), end));
         }
     }
     surface.visit_parts(line, reach, |number, part| {
         let is_face = matches!(part, Part::Face { .. });
-        for place in (0..PLACES).filter(|&place| !is_face || seen.exits.get(place) == Some(&None)) {
-            let Some(contact) = seen.contact(number, &part, place) else { continue };
+        for site in (0..SITES).filter(|&site| !is_face || seen.exits.get(site) == Some(&None)) {
+            let Some(contact) = seen.contact(number, &part, site) else { continue };
             if !found[..count].iter().any(|known| is_same(known, &contact)) {
                 if count < KEPT {
                     found[count] = contact;
                     count += 1;
                 }
-                visit(number * PLACES + place, contact);
+                visit(number * SITES + site, contact);
             }
         }
     });
@@ -85,12 +85,12 @@ pub(super) fn visit_contacts(
 
 /// The contact at a feature; where there is none, the nearest one of the same place of the line.
 pub(super) fn contact_at(surface: &impl Surface, line: &SolidLine, reach: f64, feature: usize) -> SolidContact {
-    let (number, place) = (feature / PLACES, feature % PLACES);
+    let (number, site) = (feature / SITES, feature % SITES);
     let seen = Seen::new(surface, line, f64::INFINITY);
-    seen.contact(number, &surface.part(number), place).unwrap_or_else(|| {
+    seen.contact(number, &surface.part(number), site).unwrap_or_else(|| {
         let mut nearest = SolidContact::AWAY;
         visit_contacts(surface, line, reach, |other, contact| {
-            if other % PLACES == place && contact.distance < nearest.distance {
+            if other % SITES == site && contact.distance < nearest.distance {
                 nearest = contact;
             }
         });
@@ -115,23 +115,23 @@ impl<'a, S: Surface> Seen<'a, S> {
     }
 
     #[inline]
-    fn contact(&self, number: usize, part: &Part, place: usize) -> Option<SolidContact> {
+    fn contact(&self, number: usize, part: &Part, site: usize) -> Option<SolidContact> {
         match part {
             Part::Face { .. } => {
-                let contact = self.end_on_face(part, place);
-                let is_here = match self.exits[place] {
+                let contact = self.end_on_face(part, site);
+                let is_here = match self.exits[site] {
                     Some(exit) => exit == number,
                     None => {
-                        let foot = self.ends[place] - contact.normal * contact.distance;
+                        let foot = self.ends[site] - contact.normal * contact.distance;
                         contact.distance >= 0.0 && self.surface.holds(number, &foot)
                     }
                 };
                 (contact.distance <= self.reach && is_here).then_some(contact)
             }
-            Part::Edge(ends) => self.with_edge(number, ends, place),
+            Part::Edge(ends) => self.with_edge(number, ends, site),
             Part::Corner(at) => {
-                let along = if place < 2 { ALONG[place] } else { nearest_on_line(self.line, at)? };
-                self.between(number, (along, place), at)
+                let along = if site < 2 { ALONG[site] } else { nearest_on_line(self.line, at)? };
+                self.between(number, (along, site), at)
             }
         }
     }
@@ -142,23 +142,21 @@ impl<'a, S: Surface> Seen<'a, S> {
         SolidContact { distance, normal, along: ALONG[end], is_redundant: false }
     }
 
-    fn with_edge(&self, number: usize, [from, to]: &[Vector3<f64>; 2], place: usize) -> Option<SolidContact> {
+    fn with_edge(&self, number: usize, [from, to]: &[Vector3<f64>; 2], site: usize) -> Option<SolidContact> {
         let direction = to - from;
-        let (along, share) = if place < 2 {
-            (ALONG[place], (self.ends[place] - from).dot(&direction) / direction.norm_squared())
+        let (along, share) = if site < 2 {
+            (ALONG[site], (self.ends[site] - from).dot(&direction) / direction.norm_squared())
         } else {
             nearest_of_lines(self.line, from, &direction)?
         };
-        (share > 0.0 && share < 1.0)
-            .then(|| self.between(number, (along, place), &(from + direction * share)))
-            .flatten()
+        (share > 0.0 && share < 1.0).then(|| self.between(number, (along, site), &(from + direction * share))).flatten()
     }
 
     /// Of a point of the line and one of an edge or a corner.
-    fn between(&self, number: usize, (along, place): (f64, usize), nearest: &Vector3<f64>) -> Option<SolidContact> {
+    fn between(&self, number: usize, (along, site): (f64, usize), nearest: &Vector3<f64>) -> Option<SolidContact> {
         let offset = self.line.point(along) - nearest;
         let distance = offset.norm();
-        let is_entered = place < 2 && self.exits[place].is_some();
+        let is_entered = site < 2 && self.exits[site].is_some();
         if distance > self.reach || is_entered {
             return None;
         }
@@ -173,7 +171,7 @@ impl<'a, S: Surface> Seen<'a, S> {
             return Some(SolidContact { distance, normal, along, is_redundant: false });
         }
         // Behind the part: a line that is inside there has passed it.
-        let is_inside = place == 2 && self.surface.exit(&self.line.point(along)).is_some();
+        let is_inside = site == 2 && self.surface.exit(&self.line.point(along)).is_some();
         is_inside.then(|| SolidContact { distance: -distance, normal: -offset / distance, along, is_redundant: true })
     }
 }
@@ -205,7 +203,7 @@ fn is_same(one: &SolidContact, other: &SolidContact) -> bool {
 }
 
 /// The ends of a centre line, and its inner points.
-const PLACES: usize = 3;
+const SITES: usize = 3;
 
 /// Positions of the ends.
 pub(super) const ALONG: [f64; 2] = [-1.0, 1.0];

@@ -4,16 +4,15 @@
 
 use nalgebra::Vector3;
 
-use crate::math::{Laned, Real, laned, write_lane};
-use crate::rows::{InLane, read_friction, read_rows, write_rows};
+use crate::math::{Real, laned, replace_by_lane, write_lane};
+use crate::rows::{read_friction, read_rows, write_rows};
 use crate::stepping::StageStop;
 
-use super::{Heading, Stage, StageJoint, StageLink, StagePair, StageSolution};
+use super::{Heading, Stage, StageLink, StagePair, StageSolution};
 
 laned! {
     Heading { cos, sin };
     StageLink { heading, reference, mass, inertia, half_length, cg_offset, friction };
-    StageJoint { drive, stiffness, limit, slack };
 }
 
 impl<T: Real> Stage<T> {
@@ -29,21 +28,14 @@ impl<T: Real> Stage<T> {
     pub fn copy_lane(&self, lane: usize, one: &mut Stage) {
         one.coefficient = Real::lane(&self.coefficient, lane);
         one.skin = self.skin;
-        one.links.clear();
-        one.links.extend(self.links.iter().map(|link| link.lane(lane)));
-        one.joints.clear();
-        one.joints.extend(self.joints.iter().map(|joint| joint.lane(lane)));
-        one.spins.clear();
-        one.spins.extend(self.spins.iter().map(|spin| Real::lane(spin, lane)));
-        one.contacts.clear();
-        one.contacts
-            .extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| contact.lane(lane)));
+        replace_by_lane::<T, _>(&mut one.links, &self.links, lane);
+        replace_by_lane::<T, _>(&mut one.joints, &self.joints, lane);
+        replace_by_lane::<T, _>(&mut one.spins, &self.spins, lane);
+        read_rows(&self.contacts, &self.contacts, lane, &mut one.contacts);
         read_friction(&self.obstacle_friction, &self.contacts, lane, &mut one.obstacle_friction);
         read_friction(&self.pair_friction, &self.pairs, lane, &mut one.pair_friction);
-        one.motors.clear();
-        one.motors.extend(self.motors.iter().map(|motor| Laned::<T>::lane(motor, lane)));
-        one.pairs.clear();
-        one.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| pair.lane(lane)));
+        replace_by_lane::<T, _>(&mut one.motors, &self.motors, lane);
+        read_rows(&self.pairs, &self.pairs, lane, &mut one.pairs);
         one.stops.clear();
         one.pairs
             .extend(StageStop::in_lane(&self.stops, lane).map(|(joint, side)| self.stop_as_pair(lane, joint, side)));
@@ -53,16 +45,11 @@ impl<T: Real> Stage<T> {
 impl<T: Real> StageSolution<T> {
     /// Copies the solution of `lane` into `one`, with the impulses of those contacts of `stage` that the lane has.
     pub fn copy_lane(&self, stage: &Stage<T>, lane: usize, one: &mut StageSolution) {
-        one.twist.clear();
-        one.twist.extend(self.twist.iter().map(|twist| twist.lane(lane)));
-        one.friction.clear();
-        one.friction.extend(self.friction.iter().map(|impulse| impulse.lane(lane)));
-        one.spin.clear();
-        one.spin.extend(self.spin.iter().map(|impulse| Real::lane(impulse, lane)));
-        one.actuator.clear();
-        one.actuator.extend(self.actuator.iter().map(|impulse| Real::lane(impulse, lane)));
-        one.gear.clear();
-        one.gear.extend(self.gear.iter().map(|impulse| Real::lane(impulse, lane)));
+        replace_by_lane::<T, _>(&mut one.twist, &self.twist, lane);
+        replace_by_lane::<T, _>(&mut one.friction, &self.friction, lane);
+        replace_by_lane::<T, _>(&mut one.spin, &self.spin, lane);
+        replace_by_lane::<T, _>(&mut one.actuator, &self.actuator, lane);
+        replace_by_lane::<T, _>(&mut one.gear, &self.gear, lane);
         read_rows(&self.contact, &stage.contacts, lane, &mut one.contact);
         read_rows(&self.obstacle_friction, &stage.obstacle_friction, lane, &mut one.obstacle_friction);
         read_rows(&self.pair, &stage.pairs, lane, &mut one.pair);
@@ -95,7 +82,7 @@ mod tests {
     #[cfg(target_arch = "x86_64")]
     use crate::math::Wide8;
     use crate::math::{Kernel, Mask, Wide4};
-    use crate::planar::{Newton, StageContact};
+    use crate::planar::{Newton, StageContact, StageJoint};
     use crate::rows::SavedStage;
 
     struct Solve<'a, T: Real>(&'a Stage<T>, &'a mut StageSolution<T>);

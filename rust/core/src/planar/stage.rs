@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::laws::{Halves, Skin};
 use crate::math::Real;
-use crate::rows::{ContactRow, FrictionRow, MotorRow, PairRow, Saved, is_zero};
+use crate::rows::{ContactRow, DriveRow, FrictionRow, MotorRow, PairRow, Saved, is_zero};
 use crate::stepping::StageStop;
 
 use super::Heading;
@@ -44,21 +44,8 @@ pub struct StageLink<T = f64> {
     pub friction: Vector2<T>,
 }
 
-/// One joint in a stage: the impulse that drives phi upwards is `clamp(shrink(drive - stiffness omega_J))`, where
-/// `shrink` takes up to `slack` off its argument's magnitude.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(bound = "T: Saved", deny_unknown_fields)]
-pub struct StageJoint<T = f64> {
-    /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].
-    pub drive: T,
-    /// k = c (c k_P + k_D) \[N m s^2\].
-    pub stiffness: T,
-    /// c times the torque limit \[N m s\].
-    #[serde(with = "crate::rows::limit")]
-    pub limit: T,
-    /// Part of the drive that backlash absorbs, `stiffness` times half the backlash over c; zero without \[N m s\].
-    pub slack: T,
-}
+/// The drive of one joint in a stage.
+pub type StageJoint<T = f64> = DriveRow<T>;
 
 /// Contact of a link with an obstacle.
 pub type StageContact<T = f64> = ContactRow<Vector3<T>, T>;

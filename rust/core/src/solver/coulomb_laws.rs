@@ -4,7 +4,9 @@
 //! the law with a compliance delta, whose impulses are the shortest (T 4.78 != D43); rho only selects the form of the
 //! law. Sets of friction are those of the present normal impulse.
 
-use nalgebra::{SMatrix, SVector, Vector2};
+use std::ops::{Add, Mul, Sub};
+
+use nalgebra::{ArrayStorage, SMatrix, SVector, Vector2};
 
 use crate::laws::{HalfLine, Halves, Skin};
 
@@ -51,70 +53,111 @@ impl CoulombForm {
     }
 }
 
+/// The impulse of a law as an unknown of its own, in one number or in several.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LawImpulse<V> {
+    /// P \[N s\].
+    pub value: V,
+    pub centre: V,
+    start: V,
+    step: V,
+    pub z: V,
+    /// P - prox(z) \[N s\].
+    pub defect: V,
+}
+
 /// The law of a unilateral contact.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct UnilateralLaw {
     offset: f64,
-    pub impulse: f64,
-    pub centre: f64,
-    start: f64,
-    step: f64,
-    z: f64,
-    /// P - prox(z) \[N s\].
-    pub defect: f64,
+    pub p: LawImpulse<f64>,
+}
+
+/// One number or several.
+pub(crate) trait Numbers: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {
+    const ZERO: Self;
+}
+
+impl Numbers for f64 {
+    const ZERO: Self = 0.0;
+}
+
+impl<const N: usize> Numbers for SVector<f64, N> {
+    const ZERO: Self = Self::from_array_storage(ArrayStorage([[0.0; N]]));
+}
+
+impl<V: Numbers> LawImpulse<V> {
+    /// Around the centre zero.
+    pub fn new(value: V) -> Self {
+        Self { value, centre: V::ZERO, start: V::ZERO, step: V::ZERO, z: V::ZERO, defect: V::ZERO }
+    }
+
+    /// z at this velocity.
+    pub fn argument(&self, velocity: V, form: &CoulombForm) -> V {
+        self.value - (velocity + self.from_centre() * form.compliance) * form.weight
+    }
+
+    pub fn from_centre(&self) -> V {
+        self.value - self.centre
+    }
+
+    pub fn recentre(&mut self) {
+        self.centre = self.value;
+    }
+
+    pub fn set_step(&mut self, step: V) {
+        (self.start, self.step) = (self.value, step);
+    }
+
+    pub fn move_along(&mut self, fraction: f64) {
+        self.value = self.start + self.step * fraction;
+    }
+}
+
+impl LawImpulse<f64> {
+    /// Visits the impulse with its step.
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
+        visitor(&mut self.value, self.step);
+    }
+}
+
+impl<const N: usize> LawImpulse<SVector<f64, N>> {
+    /// Visits the numbers of the impulse with their steps.
+    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
+        self.value.iter_mut().zip(self.step.iter()).for_each(|(value, step)| visitor(value, *step));
+    }
 }
 
 impl UnilateralLaw {
     pub fn new(offset: f64, impulse: f64) -> Self {
-        Self { offset, impulse, centre: 0.0, start: 0.0, step: 0.0, z: 0.0, defect: 0.0 }
+        Self { offset, p: LawImpulse::new(impulse) }
     }
 
     /// Evaluates the law at the velocity `w . u`; returns the defect \[N s\].
     pub fn measure(&mut self, velocity: f64, form: &CoulombForm) -> f64 {
-        let opening = velocity + self.offset;
         if form.is_lagged {
-            self.z = self.lagged(velocity, form);
-            (self.impulse, self.defect) = (HalfLine.project(self.z), 0.0);
-            return 0.0;
+            let z = self.lagged(velocity, form);
+            self.p = LawImpulse { value: HalfLine.project(z), z, defect: 0.0, ..self.p };
+        } else {
+            self.p.z = self.p.argument(velocity + self.offset, form);
+            self.p.defect = self.p.value - HalfLine.project(self.p.z);
         }
-        self.z = self.impulse - (opening + (self.impulse - self.centre) * form.compliance) * form.weight;
-        self.defect = self.impulse - HalfLine.project(self.z);
-        self.defect
+        self.p.defect
     }
 
     /// The impulse of the convex problem at this velocity before its projection.
     pub fn lagged(&self, velocity: f64, form: &CoulombForm) -> f64 {
-        self.centre - (velocity + self.offset) / form.compliance
+        self.p.centre - (velocity + self.offset) / form.compliance
     }
 
     /// Change of the impulse, and the same per velocity, with which the linearised law holds.
     pub fn tangent(&self, form: &CoulombForm) -> (f64, f64) {
-        form.opening_tangent(self.z > 0.0, self.defect)
+        form.opening_tangent(self.p.z > 0.0, self.p.defect)
     }
 
     /// Whether friction grows with the impulse.
     pub fn carries(&self) -> bool {
-        self.z > 0.0 || self.impulse > 0.0
-    }
-
-    /// Computes the change of the impulse with that of the velocity.
-    pub fn find_step(&mut self, velocity_step: f64, form: &CoulombForm) {
-        let (constant, slope) = self.tangent(form);
-        self.set_step(constant + slope * velocity_step);
-    }
-
-    /// Takes a change of the impulse.
-    pub fn set_step(&mut self, step: f64) {
-        (self.start, self.step) = (self.impulse, step);
-    }
-
-    pub fn move_along(&mut self, fraction: f64) {
-        self.impulse = self.start + self.step * fraction;
-    }
-
-    /// Visits the impulse with its step.
-    pub fn visit(&mut self, mut visitor: impl FnMut(&mut f64, f64)) {
-        visitor(&mut self.impulse, self.step);
+        self.p.z > 0.0 || self.p.value > 0.0
     }
 }
 

@@ -1,18 +1,18 @@
 //! Conversion between the numbers of one robot and its lane of a register.
 
-use crate::math::{Laned, Real, laned, read_lane, write_lane};
-use crate::rows::{InLane, read_rows, write_rows};
+use crate::math::{Laned, Real, laned, read_lane, replace_by_lane, write_lane};
+use crate::rows::{read_rows, write_rows};
 use crate::stepping::StageStop;
 
 use super::{
-    ChainVelocity, Configuration, Frame, SpatialVector, Stage, StageDrive, StageLink, StageObstacleFriction, StagePair,
+    ChainVelocity, Configuration, Frame, SpatialVector, Stage, StageLink, StageObstacleFriction, StagePair,
     StageSolution, Wrench, hinge_directions,
 };
 
 laned! {
     SpatialVector { linear, angular };
     Frame { position, axes };
-    StageDrive { drive, stiffness, limit, slack };
+    StageObstacleFriction { tangents, coefficient };
     StageLink {
         axes, momentum, mass, inertia, roll_inertia, half_length, cg_offset, sphere, radius, tangent, share, ground
     };
@@ -22,16 +22,6 @@ impl<T: Real> StageObstacleFriction<T> {
     /// Friction that no lane has.
     pub fn empty() -> Self {
         Self { tangents: [Wrench::zero(); 2], coefficient: T::zero() }
-    }
-
-    pub fn lane(&self, lane: usize) -> StageObstacleFriction {
-        let tangents = Laned::<T>::lane(&self.tangents, lane);
-        StageObstacleFriction { tangents, coefficient: Real::lane(&self.coefficient, lane) }
-    }
-
-    pub fn set_lane(&mut self, lane: usize, one: &StageObstacleFriction) {
-        Laned::<T>::set_lane(&mut self.tangents, lane, &one.tangents);
-        Real::set_lane(&mut self.coefficient, lane, one.coefficient);
     }
 }
 
@@ -68,25 +58,17 @@ impl<T: Real> Stage<T> {
         to.friction.sliding = self.friction.sliding.lane(lane);
         to.friction.rolling = Real::lane(&self.friction.rolling, lane);
         to.friction.skin = self.friction.skin;
-        to.links.clear();
-        to.links.extend(self.links.iter().map(|link| link.lane(lane)));
+        replace_by_lane::<T, _>(&mut to.links, &self.links, lane);
         to.axes.clone_from(&self.axes);
-        to.joints.clear();
-        to.joints.extend(self.joints.iter().map(|joint| Laned::<T>::lane(joint, lane)));
-        to.obstacle_friction.clear();
-        let rows = self.obstacle_friction.iter().zip(&self.contacts).filter(|(_, contact)| contact.is_in(lane));
-        to.obstacle_friction.extend(rows.map(|(row, _)| row.lane(lane)));
+        replace_by_lane::<T, _>(&mut to.joints, &self.joints, lane);
+        read_rows(&self.obstacle_friction, &self.contacts, lane, &mut to.obstacle_friction);
         // Rows that only other lanes need are none.
         if to.obstacle_friction.iter().all(|row| row.coefficient == 0.0) {
             to.obstacle_friction.clear();
         }
-        to.contacts.clear();
-        to.contacts
-            .extend(self.contacts.iter().filter(|contact| contact.is_in(lane)).map(|contact| contact.lane(lane)));
-        to.motors.clear();
-        to.motors.extend(self.motors.iter().map(|motor| Laned::<T>::lane(motor, lane)));
-        to.pairs.clear();
-        to.pairs.extend(self.pairs.iter().filter(|pair| pair.is_in(lane)).map(|pair| pair.lane(lane)));
+        read_rows(&self.contacts, &self.contacts, lane, &mut to.contacts);
+        replace_by_lane::<T, _>(&mut to.motors, &self.motors, lane);
+        read_rows(&self.pairs, &self.pairs, lane, &mut to.pairs);
         to.stops.clear();
         for (axis, side) in self.stops_in_lane(lane) {
             let joint = axis / 2;
@@ -113,8 +95,7 @@ impl<T: Real> StageSolution<T> {
         read_lane::<T, _>(&self.friction, lane, &mut to.friction);
         read_lane::<T, _>(&self.rolling, lane, &mut to.rolling);
         read_lane::<T, _>(&self.actuator, lane, &mut to.actuator);
-        to.gear.clear();
-        to.gear.extend(self.gear.iter().map(|impulse| Real::lane(impulse, lane)));
+        replace_by_lane::<T, _>(&mut to.gear, &self.gear, lane);
         read_rows(&self.obstacle_friction, &stage.contacts, lane, &mut to.obstacle_friction);
         read_rows(&self.contact, &stage.contacts, lane, &mut to.contact);
         read_rows(&self.pair, &stage.pairs, lane, &mut to.pair);

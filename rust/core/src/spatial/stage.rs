@@ -23,7 +23,7 @@ use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::laws::Skin;
 use crate::math::Real;
 use crate::robot::Axes;
-use crate::rows::{ContactRow, MotorRow, PairRow, Saved, is_zero};
+use crate::rows::{ContactRow, DriveRow, MotorRow, PairRow, Saved, is_zero};
 use crate::stepping::StageStop;
 
 use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
@@ -58,30 +58,8 @@ pub struct StageLink<T = f64> {
     pub ground: [T; 2],
 }
 
-/// One axis of a joint: the impulse that drives phi upwards is `clamp(drive - stiffness phi')`, less what backlash
-/// absorbs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(bound = "T: Saved", deny_unknown_fields)]
-pub struct StageDrive<T = f64> {
-    /// b = c (k_P (phi_d - phi_base) + k_D phi_d') \[N m s\].
-    pub drive: T,
-    /// k = c (c k_P + k_D) \[N m s^2\].
-    pub stiffness: T,
-    /// c times the torque limit \[N m s\].
-    #[serde(with = "crate::rows::limit")]
-    pub limit: T,
-    /// Part of the drive that backlash absorbs, `stiffness` times half the backlash over c; zero without \[N m s\].
-    pub slack: T,
-}
-
-impl<T: Real> StageDrive<T> {
-    /// Of an axis that nothing drives.
-    #[inline(always)]
-    pub fn none() -> Self {
-        let zero = T::zero();
-        Self { drive: zero, stiffness: zero, limit: zero, slack: zero }
-    }
-}
+/// The drive of one axis of a joint in a stage.
+pub type StageDrive<T = f64> = DriveRow<T>;
 
 /// Contact of a link with an obstacle, w_H with its angular part in frame I.
 pub type StageContact<T = f64> = ContactRow<Wrench<T>, T>;

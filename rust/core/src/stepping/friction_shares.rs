@@ -38,7 +38,7 @@ pub struct FrictionShares<T> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ContactPoint {
     /// \[m\], \[m/s\]
-    pub place: Vector2<f64>,
+    pub position: Vector2<f64>,
     pub velocity: Vector2<f64>,
 }
 
@@ -73,8 +73,8 @@ impl<T: Real> FrictionShares<T> {
     /// moves.
     pub fn find_patches(&mut self, lane: usize, contacts: impl Iterator<Item = ContactPoint>) {
         for ((factor, start), contact) in self.factor.iter_mut().zip(&mut self.start).zip(contacts) {
-            let ContactPoint { place, velocity } = contact;
-            let ahead = place + velocity.try_normalize(0.0).unwrap_or_default() * AT_BORDER;
+            let ContactPoint { position, velocity } = contact;
+            let ahead = position + velocity.try_normalize(0.0).unwrap_or_default() * AT_BORDER;
             factor.set_lane(lane, self.patches.factor_at(&ahead));
             start[lane] = contact;
         }
@@ -86,11 +86,11 @@ impl<T: Real> FrictionShares<T> {
         let contacts = self.start.iter().zip(&self.factor).zip(ends);
         contacts
             .filter_map(|((start, factor), end)| {
-                let (ContactPoint { place, velocity }, end) = (start[lane], end?);
-                let share = self.patches.first_change([&place, &end], factor.lane(lane), AT_BORDER)?;
+                let (ContactPoint { position, velocity }, end) = (start[lane], end?);
+                let share = self.patches.first_change([&position, &end], factor.lane(lane), AT_BORDER)?;
                 // With the acceleration that is constant and leads to the end, and a little beyond the border.
-                let way = (end - place).norm();
-                let (speed, to_border) = (velocity.dot(&(end - place)) / way, share * way + 0.5 * AT_BORDER);
+                let way = (end - position).norm();
+                let (speed, to_border) = (velocity.dot(&(end - position)) / way, share * way + 0.5 * AT_BORDER);
                 let acceleration = 2.0 * (way - speed * h) / (h * h);
                 let at = 2.0 * to_border / (speed + (speed * speed + 2.0 * acceleration * to_border).sqrt());
                 let is_within = at > 0.0 && at < h;

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{
-    ALONG_X, ALONG_Y, CORNER, DIAGONAL, FACES, GroundFriction, HeightField, KINDS, PILLAR, Place, WALL_X, WALL_Y,
+    ALONG_X, ALONG_Y, CORNER, DIAGONAL, FACES, GroundFriction, HeightField, KINDS, PILLAR, PartIndex, WALL_X, WALL_Y,
 };
 
 impl HeightField {
@@ -30,17 +30,17 @@ impl HeightField {
             _ => has_x && has_y,
         };
         let is_active = |kind: usize| {
-            let place = Place { i, j, kind };
+            let index = PartIndex { i, j, kind };
             match kind {
-                _ if !exists(kind) || self.is_flush(place) => false,
-                ALONG_X | ALONG_Y | DIAGONAL => self.face_directions(place).1,
+                _ if !exists(kind) || self.is_flush(index) => false,
+                ALONG_X | ALONG_Y | DIAGONAL => self.face_directions(index).1,
                 CORNER => {
                     let (edges, count) = self.edges_at(i, j);
                     can_be_nearest(&edges[..count])
                 }
                 WALL_X | WALL_Y | PILLAR => true,
                 // The ground's own law acts on level ground.
-                _ => self.friction != GroundFriction::OfGround || self.slopes(place) != [0.0; 2],
+                _ => self.friction != GroundFriction::OfGround || self.slopes(index) != [0.0; 2],
             }
         };
         (0..KINDS).filter(|&kind| is_active(kind)).fold(0, |bits, kind| bits | 1 << kind)
@@ -57,26 +57,26 @@ impl HeightField {
     }
 
     /// Whether a part is at the border of the field, and not above the plane of the ground beside it.
-    fn is_flush(&self, place: Place) -> bool {
-        let Place { i, j, kind } = place;
+    fn is_flush(&self, index: PartIndex) -> bool {
+        let PartIndex { i, j, kind } = index;
         match kind {
             CORNER | PILLAR => self.is_border(i, j) && self.point(i, j).z <= 0.0,
             WALL_X => self.point(i, j).z.max(self.point(i + 1, j).z) <= 0.0,
             WALL_Y => self.point(i, j).z.max(self.point(i, j + 1).z) <= 0.0,
             ALONG_X | ALONG_Y => {
-                let [from, to] = self.ends(place);
-                from.z.max(to.z) <= 0.0 && self.beside_edge(place).iter().any(Option::is_none)
+                let [from, to] = self.ends(index);
+                from.z.max(to.z) <= 0.0 && self.beside_edge(index).iter().any(Option::is_none)
             }
             _ => false,
         }
     }
 
     /// Unit vectors from an edge into its faces, and whether it is convex. Beside the field the face is a vertical one.
-    pub(super) fn face_directions(&self, place: Place) -> ([Vector3<f64>; 2], bool) {
-        let [from, to] = self.ends(place);
+    pub(super) fn face_directions(&self, index: PartIndex) -> ([Vector3<f64>; 2], bool) {
+        let [from, to] = self.ends(index);
         let along = (to - from).normalize();
         let left = Vector3::new(-along.y, along.x, 0.0).normalize();
-        let beside = self.beside_edge(place);
+        let beside = self.beside_edge(index);
         let normals = [0, 1].map(|side| {
             let outward = if side == 0 { left } else { -left };
             beside[side].map_or(outward, |triangle| self.normal(triangle))
@@ -156,8 +156,8 @@ mod tests {
         for friction in [GroundFriction::OfGround, GroundFriction::Coefficient(0.4)] {
             let field = HeightField::new(&Heights { height: height.clone(), spacing: 0.2, origin: [0.0; 2], friction });
             let field = field.unwrap();
-            assert!(field.places().any(|[i, j]| field.is_level_around(i, j)) && field.has_parts);
-            for [i, j] in field.places() {
+            assert!(field.grid_points().any(|[i, j]| field.is_level_around(i, j)) && field.has_parts);
+            for [i, j] in field.grid_points() {
                 assert_eq!(field.active_parts([i, j]), field.examined_parts([i, j]), "{i} {j}");
             }
         }

@@ -44,9 +44,9 @@ impl<P, T: Real> ContactFriction<P, T> {
 
     /// Adds a law around a warm start; `penalty` is the stiffness of sticking over the mass of the first link.
     #[inline(always)]
-    pub fn add<R>(&mut self, row: &FrictionRow<R, T>, place: P, mass: T, impulse: T, penalty: f64) {
-        let law = BoundedTerm::new(row, mass, impulse, T::splat(penalty) * mass);
-        self.terms.push(RowTerm { place, law });
+    pub fn add<R>(&mut self, friction: &FrictionRow<R, T>, row: P, mass: T, impulse: T, penalty: f64) {
+        let law = BoundedTerm::new(friction, mass, impulse, T::splat(penalty) * mass);
+        self.terms.push(RowTerm { row, law });
     }
 
     /// Square of the largest violation, with that of the bounds where these are not `held`.

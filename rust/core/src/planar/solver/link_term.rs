@@ -2,10 +2,9 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::{Real, add_scaled, select_into};
 use crate::planar::{Heading, StageLink};
-use crate::solver::FrictionTerm;
+use crate::solver::{ActuatorTerm, FrictionTerm};
 
 use super::sweep::{Quadratic, Segment};
-use super::terms::ActuatorTerm;
 
 /// One link in the solver: constants, laws and velocities in its own frame.
 #[derive(Debug, Clone, Copy)]

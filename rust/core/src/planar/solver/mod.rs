@@ -21,6 +21,7 @@ mod self_contacts;
 mod surface_term;
 mod sweep;
 mod terms;
+mod transfer;
 mod unilateral;
 
 pub use fallback::Fallback;

@@ -8,22 +8,22 @@
 //! the laws' linearisation. The curvature of the inner function is at least that of the kinetic energy: the remainder's norm in M^-1
 //! bounds the distance to its minimum, link by link, and no further solve is needed to know it.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
 use crate::contact::PAIRS_PER_LINK;
 use crate::laws::{Halves, Skin, Whole};
 use crate::math::{Mask, Real, add_scaled, select_into};
-use crate::planar::{Stage, StageLink, StageSolution};
-use crate::solver::{self, FrictionTerm, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, Tuning};
+use crate::planar::{Stage, StageSolution};
+use crate::solver::{self, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, Tuning};
 
 use super::contact_friction::ContactFriction;
 use super::kernels::{CoupledStep, EvaluateLaws, FrictionError};
-use super::link_term::{LinkTerm, in_frame, linear};
+use super::link_term::{LinkTerm, linear};
 use super::self_contacts::SelfContacts;
 use super::surface_term::SurfaceTerm;
 use super::sweep::Quadratic;
-use super::terms::{ActuatorTerm, ContactTerm, OnLink, StopTerm};
-use super::unilateral::{RowLaw, UnilateralTerm};
+use super::terms::{ContactTerm, OnLink, StopTerm};
+use super::unilateral::RowLaw;
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]
@@ -47,9 +47,9 @@ pub struct Newton<T: Real = f64> {
     head: Vector2<T>,
     /// Value of the whole chain at that end, and of each obstacle that can be pushed, behind the links, at its centre.
     chain: Quadratic<T>,
-    movables: Vec<Quadratic<T>>,
+    pub(super) movables: Vec<Quadratic<T>>,
     /// Inverse of the least mass and of the least inertia of a link.
-    mobility: [T; 2],
+    pub(super) mobility: [T; 2],
 }
 
 /// Where a step leads.
@@ -122,66 +122,6 @@ impl<T: Real> Newton<T> {
     pub fn bound_error(&self) -> T {
         let between_links = self.self_contacts.squared_bound_error();
         self.obstacle_friction.squared_bound_error(&self.contacts).max(between_links).sqrt()
-    }
-
-    /// Laws around the warm start, and twists that satisfy the joints.
-    #[inline(always)]
-    fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
-        let chain = stage.chain();
-        self.links.resize_with(stage.links.len(), LinkTerm::vacant);
-        self.movables.resize(stage.links.len() - chain, Quadratic::zero());
-        self.surfaces.clear();
-        let (mut mass, mut inertia) = (stage.links[0].mass, stage.links[0].inertia);
-        let mut before = stage.links[0].heading;
-        let mut end = free_end(&stage.links[0], &solution.twist[0]);
-        for (i, (term, link)) in self.links.iter_mut().zip(&stage.links).enumerate() {
-            (mass, inertia) = (mass.min(link.mass), inertia.min(link.inertia));
-            let penalty = T::splat(TUNING.penalty) * link.mass;
-            if i >= chain {
-                term.begin_free(link);
-                self.surfaces.push(SurfaceTerm::new(stage.limit_surface(i), &solution.surface_impulse(i), penalty));
-                term.twist = in_frame(&link.heading, &solution.twist[i]);
-                continue;
-            }
-            let friction = FrictionTerm::new(link.friction, &solution.friction[i], penalty);
-            let actuator = if i > 0 {
-                ActuatorTerm::new(&stage.joints[i - 1], solution.actuator[i - 1])
-            } else {
-                ActuatorTerm::none()
-            };
-            term.begin(link, &before, friction, actuator);
-            term.twist = term.segment.follow(solution.twist[i].z, &mut end);
-            before = link.heading;
-        }
-        self.skin = stage.skin;
-        self.raise(T::Mask::of(|_| true));
-        self.mobility = [mass, inertia].map(|least| T::splat(1.0) / least);
-        self.stops.clear();
-        for ((stop, link), impulse) in stage.stops.iter().zip(&stage.links).zip(&solution.stop) {
-            self.stops.push(StopTerm::new(stop, *impulse, T::splat(TUNING.penalty) * link.mass));
-        }
-        self.motors.clear();
-        for ((motor, link), impulse) in stage.motors.iter().zip(&stage.links).zip(&solution.gear) {
-            let penalty = T::splat(TUNING.penalty) * link.mass;
-            self.motors.push(MotorTerm::new(motor, *impulse, link.half_length, penalty));
-        }
-        self.spins.clear();
-        for ((&bound, link), &impulse) in stage.link_spins().iter().zip(&stage.links).zip(&solution.spin) {
-            let penalty = T::splat(TUNING.penalty) * link.mass;
-            self.spins.push(MotorTerm::friction(bound, impulse, link.half_length, penalty));
-        }
-        self.contacts.clear();
-        for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
-            let penalty = T::splat(TUNING.penalty) * stage.links[contact.link].mass;
-            let law = UnilateralTerm::new(contact.offset, impulse, penalty);
-            self.contacts.push(ContactTerm { place: OnLink::new(contact, stage), law });
-        }
-        self.obstacle_friction.clear();
-        for (row, &impulse) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction) {
-            let (place, mass) = (OnLink::new(&row.along, stage), stage.links[row.along.link].mass);
-            self.obstacle_friction.add(row, place, mass, impulse, TUNING.penalty);
-        }
-        self.self_contacts.warm_up(stage, solution, TUNING.penalty);
     }
 
     /// Whether there is more than a chain: rows between links, or obstacles that can be pushed.
@@ -319,13 +259,13 @@ impl<T: Real> Newton<T> {
             if COUPLED && i >= chain {
                 self.surfaces[i - chain].add_to(&mut model, &link.twist);
             }
-            while let Some(contact) = contacts.next_if(|contact| contact.place.link == i) {
+            while let Some(contact) = contacts.next_if(|contact| contact.row.link == i) {
                 let stiffness = contact.evaluate(form, &link.twist);
-                model.add_rank_one(&contact.place.direction, stiffness, -contact.law.impulse);
+                model.add_rank_one(&contact.row.direction, stiffness, -contact.law.impulse);
             }
-            while let Some(term) = friction.next_if(|term| term.place.link == i) {
+            while let Some(term) = friction.next_if(|term| term.row.link == i) {
                 let stiffness = term.evaluate(form, &link.twist);
-                model.add_rank_one(&term.place.direction, stiffness, -term.law.impulse());
+                model.add_rank_one(&term.row.direction, stiffness, -term.law.impulse());
             }
             let expected = link.model.gradient_after(&link.step);
             let (mut x, mut y, mut moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
@@ -362,7 +302,7 @@ impl<T: Real> Newton<T> {
 
     /// Makes multipliers of the ground's friction, which are impulses, what belongs to these with a skin.
     #[inline(always)]
-    fn raise(&mut self, lanes: T::Mask) {
+    pub(super) fn raise(&mut self, lanes: T::Mask) {
         if let Some(skin) = self.skin {
             for link in &mut self.links {
                 link.friction.raise(skin, lanes);
@@ -388,51 +328,6 @@ impl<T: Real> Newton<T> {
     pub(super) fn pushed(&self) -> &[LinkTerm<T>] {
         &self.links[self.links.len() - self.surfaces.len()..]
     }
-
-    /// Velocities in the world frame, and impulses, in the given lanes.
-    #[inline(always)]
-    fn write(&self, stage: &Stage<T>, solution: &mut StageSolution<T>, lanes: T::Mask) {
-        for (i, link) in self.links.iter().enumerate() {
-            let velocity = stage.links[i].heading.to_world(link.twist.xy());
-            select_into(&mut solution.twist[i], lanes, &Vector3::new(velocity.x, velocity.y, link.twist.z));
-            let friction = link.friction.impulse();
-            keep(&mut solution.friction[i].x, lanes, friction.x);
-            keep(&mut solution.friction[i].y, lanes, friction.y);
-            if (1..stage.chain()).contains(&i) {
-                keep(&mut solution.actuator[i - 1], lanes, link.actuator.impulse);
-            }
-        }
-        for (impulse, stop) in solution.stop.iter_mut().zip(&self.stops) {
-            let [upper, lower] = stop.impulse();
-            keep(&mut impulse[0], lanes, upper);
-            keep(&mut impulse[1], lanes, lower);
-        }
-        for (impulse, motor) in solution.gear.iter_mut().zip(&self.motors) {
-            keep(impulse, lanes, motor.friction);
-        }
-        for (impulse, spin) in solution.spin.iter_mut().zip(&self.spins) {
-            keep(impulse, lanes, spin.friction);
-        }
-        for (node, surface) in (stage.chain()..).zip(&self.surfaces) {
-            let impulse = surface.impulse();
-            keep(&mut solution.friction[node].x, lanes, impulse.x);
-            keep(&mut solution.friction[node].y, lanes, impulse.y);
-            keep(&mut solution.spin[node], lanes, impulse.z);
-        }
-        for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
-            keep(impulse, lanes, contact.law.impulse);
-        }
-        for (impulse, term) in solution.obstacle_friction.iter_mut().zip(&self.obstacle_friction.terms) {
-            keep(impulse, lanes, term.law.impulse());
-        }
-        self.self_contacts.write(solution, lanes);
-    }
-}
-
-/// Sets a number in the given lanes.
-#[inline(always)]
-pub(super) fn keep<T: Real>(target: &mut T, lanes: T::Mask, value: T) {
-    *target = T::select(lanes, value, *target);
 }
 
 impl<T: Real> StageProblem<T> for Newton<T> {
@@ -514,13 +409,6 @@ fn full_step<T: Real>(head: Vector2<T>, lanes: T::Mask) -> impl FnMut(&mut LinkT
         substitute(link);
         link.advance(lanes);
     }
-}
-
-/// Velocity of the end without a joint of the first link, in its frame.
-#[inline(always)]
-fn free_end<T: Real>(link: &StageLink<T>, twist: &Vector3<T>) -> Vector2<T> {
-    let u = in_frame(&link.heading, twist);
-    Vector2::new(u.x, u.y - link.arms()[0] * u.z)
 }
 
 /// An outer step with this penalty gains five to six digits, and one is mostly enough; a stick stiffness beyond 1e8

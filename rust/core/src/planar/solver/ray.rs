@@ -90,11 +90,11 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
             add(&mut sum, surface.along(link, alpha));
         }
         for contact in &newton.contacts {
-            let link = &newton.links[contact.place.link];
+            let link = &newton.links[contact.row.link];
             add(&mut sum, contact.along(&link.start, &link.step, alpha));
         }
         for term in &newton.obstacle_friction.terms {
-            let link = &newton.links[term.place.link];
+            let link = &newton.links[term.row.link];
             add(&mut sum, term.along(&link.start, &link.step, alpha));
         }
         add(&mut sum, newton.self_contacts.along(&newton.links, alpha));

@@ -11,9 +11,9 @@ use crate::solver::{EliminatedChain, LawForm, add};
 use super::contact_friction::ContactFriction;
 use super::link_term::LinkTerm;
 use super::low_rank::{Coupling, LowRank, coupling_of, respond};
-use super::newton::keep;
 use super::sweep::Quadratic;
 use super::terms::RowTerm;
+use super::transfer::keep;
 use super::unilateral::{RowLaw, UnilateralTerm};
 
 /// The contacts of the current stage.
@@ -45,7 +45,7 @@ impl<T: Real, L: RowLaw<T>> RowTerm<Coupling<T>, L> {
         remainder: &mut [Vector3<T>],
         slope: &mut T,
     ) {
-        let Self { place: coupling, law } = self;
+        let Self { row: coupling, law } = self;
         let step = coupling.along(|link| links[link].step);
         let expected = law.impulse() - coupling.stiffness * step;
         coupling.stiffness = law.evaluate(form, coupling.along(|link| links[link].twist));
@@ -59,7 +59,7 @@ impl<T: Real, L: RowLaw<T>> RowTerm<Coupling<T>, L> {
     /// First and second derivative of the law's function along the step.
     #[inline(always)]
     fn along(&self, links: &[LinkTerm<T>], alpha: T) -> (T, T) {
-        let (velocity, rate) = (self.place.along(|link| links[link].start), self.place.along(|link| links[link].step));
+        let (velocity, rate) = (self.row.along(|link| links[link].start), self.row.along(|link| links[link].step));
         self.law.along(velocity, rate, alpha)
     }
 }
@@ -94,7 +94,7 @@ impl<T: Real> SelfContacts<T> {
         for (pair, &impulse) in stage.pairs.iter().zip(&solution.pair) {
             let penalty = T::splat(penalty) * stage.links[pair.links[0]].mass;
             let law = UnilateralTerm::new(pair.offset, impulse, penalty);
-            self.terms.push(PairTerm { place: coupling_of(pair, stage), law });
+            self.terms.push(PairTerm { row: coupling_of(pair, stage), law });
         }
         self.friction.clear();
         for (row, &impulse) in stage.pair_friction.iter().zip(&solution.pair_friction) {
@@ -123,8 +123,8 @@ impl<T: Real> SelfContacts<T> {
     /// Turns the steps of the links without the contacts' stiffness into those with it, see [`LowRank::correct`].
     #[inline(always)]
     pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>, movables: &[Quadratic<T>]) -> T {
-        let friction = self.friction.terms.iter().map(|term| term.place);
-        let couplings = self.terms.iter().map(|term| term.place).chain(friction);
+        let friction = self.friction.terms.iter().map(|term| term.row);
+        let couplings = self.terms.iter().map(|term| term.row).chain(friction);
         let mut chain = Links { links, head, movables, constant: &mut self.constant };
         self.low_rank.correct(couplings, &mut chain)
     }

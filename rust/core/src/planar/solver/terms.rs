@@ -1,10 +1,9 @@
-//! Contacts, actuators and stops of a stage in proximal form, in the link's frame.
+//! Contacts and stops of a stage in proximal form, in the link's frame.
 
 use nalgebra::Vector3;
 
-use crate::laws::{Backlash, LimitedActuator};
 use crate::math::{Real, dot};
-use crate::planar::{Stage, StageContact, StageJoint};
+use crate::planar::{Stage, StageContact};
 use crate::solver::LawForm;
 use crate::stepping::StageStop;
 
@@ -14,7 +13,7 @@ use super::unilateral::{RowLaw, UnilateralTerm};
 /// A row in the solver: where it acts, and the law of its impulse.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RowTerm<P, L> {
-    pub place: P,
+    pub row: P,
     pub law: L,
 }
 
@@ -27,14 +26,6 @@ pub(super) struct OnLink<T> {
 
 /// One contact between a link and an obstacle.
 pub(super) type ContactTerm<T> = RowTerm<OnLink<T>, UnilateralTerm<T>>;
-
-/// The actuator of one joint, a single-valued law that needs no multiplier.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ActuatorTerm<T> {
-    law: Backlash<T>,
-    /// D \[N m s\].
-    pub impulse: T,
-}
 
 /// Both stops of one joint.
 #[derive(Debug, Clone, Copy)]
@@ -107,49 +98,12 @@ impl<T: Real, L: RowLaw<T>> RowTerm<OnLink<T>, L> {
     /// Moves to the twist u; returns the stiffness along the direction.
     #[inline(always)]
     pub fn evaluate(&mut self, form: LawForm, u: &Vector3<T>) -> T {
-        self.law.evaluate(form, dot(&self.place.direction, u))
+        self.law.evaluate(form, dot(&self.row.direction, u))
     }
 
     /// First and second derivative of the law's function at u + alpha du by alpha.
     #[inline(always)]
     pub fn along(&self, u: &Vector3<T>, du: &Vector3<T>, alpha: T) -> (T, T) {
-        self.law.along(dot(&self.place.direction, u), dot(&self.place.direction, du), alpha)
-    }
-}
-
-impl<T: Real> ActuatorTerm<T> {
-    #[inline(always)]
-    pub fn new(joint: &StageJoint<T>, impulse: T) -> Self {
-        let actuator = LimitedActuator { offset: joint.drive, stiffness: joint.stiffness, limit: joint.limit };
-        Self { law: Backlash { actuator, slack: joint.slack }, impulse }
-    }
-
-    /// No actuator at all.
-    #[inline(always)]
-    pub fn none() -> Self {
-        Self { law: Backlash::none(), impulse: T::zero() }
-    }
-
-    /// Moves to the joint rate omega_J; returns the stiffness there.
-    #[inline(always)]
-    pub fn evaluate(&mut self, form: LawForm, rate: T) -> T {
-        let (impulse, stiffness) = match form {
-            LawForm::LastBranch => self.law.evaluate_last_branch(rate, self.impulse),
-            LawForm::Present => self.law.evaluate(rate),
-        };
-        self.impulse = impulse;
-        stiffness
-    }
-
-    /// Impulse and stiffness at another rate.
-    #[inline(always)]
-    pub fn at(&self, rate: T) -> (T, T) {
-        self.law.evaluate(rate)
-    }
-
-    /// First and second derivative of the law's function at omega_J + alpha change by alpha.
-    #[inline(always)]
-    pub fn along(&self, rate: T, change: T, alpha: T) -> (T, T) {
-        self.law.along(rate, change, alpha)
+        self.law.along(dot(&self.row.direction, u), dot(&self.row.direction, du), alpha)
     }
 }

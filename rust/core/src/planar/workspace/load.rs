@@ -45,7 +45,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             }
             if self.shares.has_patches() {
                 let contacts = state.pose.iter().zip(&state.twist);
-                let point = |(pose, twist): (&Pose, &Twist)| ContactPoint { place: pose.xy(), velocity: twist.xy() };
+                let point = |(pose, twist): (&Pose, &Twist)| ContactPoint { position: pose.xy(), velocity: twist.xy() };
                 self.shares.find_patches(lane, contacts.map(point));
             }
             for (i, (q, u)) in state.pose.iter().zip(&state.twist).enumerate() {

@@ -4,10 +4,10 @@
 //! In coordinates in which the longer semi-axis of an ellipse stays and the shorter one is stretched to it, every set
 //! of friction is a disc.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3, Vector6};
 
 use crate::laws::{Cone, ConvexSet, Disc, HalfLine, Halves, Skin};
-use crate::solver::{CoulombForm, DiscTangent, UnilateralLaw};
+use crate::solver::{CoulombForm, DiscTangent, LawImpulse, UnilateralLaw};
 use crate::spatial::{Stage, StageFriction, StageLink, StageSolution, Wrench};
 
 use super::coulomb_sweep::stacked;
@@ -18,13 +18,22 @@ type Rows = SMatrix<f64, LAWS, 6>;
 type Impulses = SVector<f64, LAWS>;
 const LAWS: usize = 8;
 
+/// Laws along `M` rows of one link, and the change of their impulses with the twist for which the linearised laws hold.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LawRows<const M: usize> {
+    pub rows: SMatrix<f64, M, 6>,
+    pub p: LawImpulse<SVector<f64, M>>,
+    pub constant: SVector<f64, M>,
+    pub slope: SMatrix<f64, M, 6>,
+}
+
 /// First rows of the slips of the ends and of rolling.
 const DISCS: [usize; 3] = [2, 4, 6];
 
 /// Laws of both end spheres of a link.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GroundLaws {
-    rows: Rows,
+    pub laws: LawRows<LAWS>,
     offset: [f64; 2],
     /// Radius of the discs over the normal impulse: sliding at both ends, rolling.
     coefficient: [f64; 3],
@@ -33,18 +42,30 @@ pub(super) struct GroundLaws {
     skin: Option<Skin>,
     /// Shares of the sides of z.
     side: [f64; 3],
-    pub impulse: Impulses,
-    pub centre: Impulses,
-    start: Impulses,
-    step: Impulses,
-    z: Impulses,
-    /// P - prox(z).
-    defect: Impulses,
-    constant: Impulses,
-    slope: Rows,
     /// In the convex problem: lags of both ends, and radius of rolling friction.
     lag: [f64; 2],
     rolling: f64,
+}
+
+impl<const M: usize> LawRows<M> {
+    pub fn new(rows: SMatrix<f64, M, 6>, impulse: SVector<f64, M>) -> Self {
+        Self { rows, p: LawImpulse::new(impulse), constant: SVector::zeros(), slope: SMatrix::zeros() }
+    }
+
+    /// Contribution of the linearised laws to the link's tangent and to its load.
+    pub fn tangent(&self) -> (Matrix6<f64>, Vector6<f64>) {
+        (-self.rows.tr_mul(&self.slope), self.rows.tr_mul(&self.constant))
+    }
+
+    /// The impulses as one on the link.
+    pub fn force(&self) -> Vector6<f64> {
+        self.rows.tr_mul(&self.p.value)
+    }
+
+    /// Takes the link's Newton step.
+    pub fn find_step(&mut self, twist_step: &Vector6<f64>) {
+        self.p.set_step(self.constant + self.slope * twist_step);
+    }
 }
 
 impl GroundLaws {
@@ -57,28 +78,21 @@ impl GroundLaws {
         let [front, rear] = solution.friction[i].map(|p| stretched(&p, &shape));
         let [n, m] = solution.normal[i];
         let r = &solution.rolling[i];
+        let impulse = Impulses::from([n, m, front.x, front.y, rear.x, rear.y, r.x, r.y]);
         Self {
-            rows: rows_of(link, &shape),
+            laws: LawRows::new(rows_of(link, &shape), impulse),
             offset: link.ground,
             coefficient: [link.share[0] * longer, link.share[1] * longer, rolling],
             shape,
             skin,
             side: [1.0; 3],
-            impulse: Impulses::from([n, m, front.x, front.y, rear.x, rear.y, r.x, r.y]),
-            centre: Impulses::zeros(),
-            start: Impulses::zeros(),
-            step: Impulses::zeros(),
-            z: Impulses::zeros(),
-            defect: Impulses::zeros(),
-            constant: Impulses::zeros(),
-            slope: Rows::zeros(),
             lag: [0.0; 2],
             rolling: rolling * (n + m),
         }
     }
 
     fn velocity(&self, twist: &Vector6<f64>) -> Impulses {
-        let mut velocity = self.rows * twist;
+        let mut velocity = self.laws.rows * twist;
         velocity[0] += self.offset[0];
         velocity[1] += self.offset[1];
         velocity
@@ -91,48 +105,51 @@ impl GroundLaws {
             self.project(&velocity, form);
             return (0.0, 0.0);
         }
-        self.z = self.impulse - (velocity + (self.impulse - self.centre) * form.compliance) * form.weight;
-        let mut inside = self.z;
+        let radii = [0, 1, 2].map(|disc| self.radius(disc));
+        let skins = [0, 1, 2].map(|disc| self.skin_of(disc));
+        let p = &mut self.laws.p;
+        p.z = p.argument(velocity, form);
+        let mut inside = p.z;
         inside[0] = HalfLine.project(inside[0]);
         inside[1] = HalfLine.project(inside[1]);
         for (disc, first) in DISCS.into_iter().enumerate() {
-            let [p, centre, slip] = [&self.impulse, &self.centre, &velocity].map(|of| pair(of, first));
-            let (z, side) = form.argument(self.skin_of(disc), &p, &centre, &slip);
-            self.z.fixed_rows_mut::<2>(first).copy_from(&z);
+            let [impulse, centre, slip] = [&p.value, &p.centre, &velocity].map(|of| pair(of, first));
+            let (z, side) = form.argument(skins[disc], &impulse, &centre, &slip);
+            p.z.fixed_rows_mut::<2>(first).copy_from(&z);
             self.side[disc] = side;
-            let nearest = Disc { radius: self.radius(disc) }.project(z);
+            let nearest = Disc { radius: radii[disc] }.project(z);
             inside.fixed_rows_mut::<2>(first).copy_from(&Vector2::new(side * nearest.x, nearest.y));
         }
-        self.defect = self.impulse - inside;
-        (self.defect.norm_squared(), self.defect.amax())
+        p.defect = p.value - inside;
+        (p.defect.norm_squared(), p.defect.amax())
     }
 
     /// Impulses of the convex problem and their slopes.
     fn project(&mut self, velocity: &Impulses, form: &CoulombForm) {
         let stiffness = 1.0 / form.compliance;
-        let z = self.centre - velocity * stiffness;
+        let z = self.laws.p.centre - velocity * stiffness;
         let lagged = CoulombForm { weight: stiffness, ..*form };
         for end in 0..2 {
             let of_end = [end, DISCS[end], DISCS[end] + 1];
-            let [centre, slip] = [&self.centre, velocity].map(|of| pair(of, DISCS[end]));
+            let [centre, slip] = [&self.laws.p.centre, velocity].map(|of| pair(of, DISCS[end]));
             let (along, side) = lagged.argument(self.skin_of(end), &centre, &centre, &slip);
             let at = Vector3::new(z[end] - self.lag[end] * stiffness, along.x, along.y);
             let (inside, derivative) = Cone { coefficient: self.coefficient[end] }.evaluate(&at);
             let scale = Matrix3::from_diagonal(&Vector3::new(1.0, side, 1.0));
             let (inside, derivative) = (scale * inside, scale * derivative * scale);
-            let rows = SMatrix::<f64, 3, 6>::from_rows(&of_end.map(|row| self.rows.row(row).into_owned()));
+            let rows = SMatrix::<f64, 3, 6>::from_rows(&of_end.map(|row| self.laws.rows.row(row).into_owned()));
             let slope = derivative * rows * -stiffness;
             for (part, row) in of_end.into_iter().enumerate() {
-                self.impulse[row] = inside[part];
-                self.slope.set_row(row, &slope.row(part));
+                self.laws.p.value[row] = inside[part];
+                self.laws.slope.set_row(row, &slope.row(part));
             }
         }
         let (at, first) = (pair(&z, DISCS[2]), DISCS[2]);
         let tangent = DiscTangent::new(&at, &Vector2::zeros(), self.rolling, &lagged);
-        let slope = tangent.from_slip * self.rows.fixed_rows::<2>(first);
-        self.impulse.fixed_rows_mut::<2>(first).copy_from(&Disc { radius: self.rolling }.project(at));
-        self.slope.fixed_rows_mut::<2>(first).copy_from(&slope);
-        self.constant = Impulses::zeros();
+        let slope = tangent.from_slip * self.laws.rows.fixed_rows::<2>(first);
+        self.laws.p.value.fixed_rows_mut::<2>(first).copy_from(&Disc { radius: self.rolling }.project(at));
+        self.laws.slope.fixed_rows_mut::<2>(first).copy_from(&slope);
+        self.laws.constant = Impulses::zeros();
     }
 
     /// Lags and radii of the next convex problem: those of the present velocities and normal impulses.
@@ -152,7 +169,7 @@ impl GroundLaws {
     }
 
     fn radius(&self, disc: usize) -> f64 {
-        let loads = [self.impulse[0].max(0.0), self.impulse[1].max(0.0)];
+        let loads = [0, 1].map(|end: usize| self.laws.p.value[end].max(0.0));
         match disc {
             2 => self.coefficient[2] * (loads[0] + loads[1]),
             end => self.coefficient[end] * loads[end],
@@ -161,57 +178,38 @@ impl GroundLaws {
 
     /// Computes the change of the impulses with the twist for which the linearised laws hold: `constant + slope x`.
     pub fn linearise(&mut self, form: &CoulombForm) {
+        let radii = [0, 1, 2].map(|disc| self.radius(disc));
+        let LawRows { rows, p, constant, slope } = &mut self.laws;
         let mut grows = [0.0; 2];
         for (end, grows) in grows.iter_mut().enumerate() {
-            let closed = self.z[end] > 0.0;
-            let (constant, slope) = form.opening_tangent(closed, self.defect[end]);
-            self.constant[end] = constant;
-            self.slope.set_row(end, &(self.rows.row(end) * slope));
-            *grows = if closed || self.impulse[end] > 0.0 { 1.0 } else { 0.0 };
+            let closed = p.z[end] > 0.0;
+            let (change, per_velocity) = form.opening_tangent(closed, p.defect[end]);
+            constant[end] = change;
+            slope.set_row(end, &(rows.row(end) * per_velocity));
+            *grows = if closed || p.value[end] > 0.0 { 1.0 } else { 0.0 };
         }
         for (disc, first) in DISCS.into_iter().enumerate() {
-            let (z, defect) = (pair(&self.z, first), pair(&self.defect, first));
-            let tangent = DiscTangent::on_side(self.side[disc], &z, &defect, self.radius(disc), form);
+            let (z, defect) = (pair(&p.z, first), pair(&p.defect, first));
+            let tangent = DiscTangent::on_side(self.side[disc], &z, &defect, radii[disc], form);
             let (load, load_slope) = match disc {
                 2 => {
                     let [a, b] = grows.map(|grows| grows * self.coefficient[2]);
-                    (a * self.constant[0] + b * self.constant[1], self.slope.row(0) * a + self.slope.row(1) * b)
+                    (a * constant[0] + b * constant[1], slope.row(0) * a + slope.row(1) * b)
                 }
                 end => {
                     let grows = grows[end] * self.coefficient[end];
-                    (grows * self.constant[end], self.slope.row(end) * grows)
+                    (grows * constant[end], slope.row(end) * grows)
                 }
             };
-            let constant = tangent.constant + tangent.outward * load;
-            let slope = tangent.from_slip * self.rows.fixed_rows::<2>(first) + tangent.outward * load_slope;
-            self.constant.fixed_rows_mut::<2>(first).copy_from(&constant);
-            self.slope.fixed_rows_mut::<2>(first).copy_from(&slope);
+            let along = tangent.from_slip * rows.fixed_rows::<2>(first) + tangent.outward * load_slope;
+            constant.fixed_rows_mut::<2>(first).copy_from(&(tangent.constant + tangent.outward * load));
+            slope.fixed_rows_mut::<2>(first).copy_from(&along);
         }
-    }
-
-    /// Contribution of the linearised laws to the link's tangent and to its load.
-    pub fn tangent(&self) -> (SMatrix<f64, 6, 6>, Vector6<f64>) {
-        (-self.rows.tr_mul(&self.slope), self.rows.tr_mul(&self.constant))
-    }
-
-    /// The impulses as one on the link.
-    pub fn force(&self) -> Vector6<f64> {
-        self.rows.tr_mul(&self.impulse)
-    }
-
-    /// Takes the link's Newton step.
-    pub fn find_step(&mut self, twist_step: &Vector6<f64>) {
-        self.start = self.impulse;
-        self.step = self.constant + self.slope * twist_step;
-    }
-
-    pub fn move_along(&mut self, fraction: f64) {
-        self.impulse = self.start + self.step * fraction;
     }
 
     /// Impulses in frame Pi and along the axes of frame I: normal, sliding, rolling.
     pub fn write(&self, solution: &mut StageSolution, i: usize) {
-        let p = &self.impulse;
+        let p = &self.laws.p.value;
         solution.normal[i] = [p[0].max(0.0), p[1].max(0.0)];
         solution.friction[i] = [pair(p, 2), pair(p, 4)].map(|p| p.component_mul(&self.shape));
         solution.rolling[i] = pair(p, 6);
@@ -246,13 +244,13 @@ impl ObstacleLaw {
         (self.constant, self.slope) = (constant, self.direction * slope);
     }
 
-    /// As [`GroundLaws::tangent`].
-    pub fn tangent(&self) -> (SMatrix<f64, 6, 6>, Vector6<f64>) {
+    /// As [`LawRows::tangent`].
+    pub fn tangent(&self) -> (Matrix6<f64>, Vector6<f64>) {
         (-self.direction * self.slope.transpose(), self.direction * self.constant)
     }
 
     pub fn force(&self) -> Vector6<f64> {
-        self.direction * self.law.impulse
+        self.direction * self.law.p.value
     }
 
     /// Change of the normal impulse, as far as friction grows with it: constant, and slope by the twist.
@@ -261,7 +259,7 @@ impl ObstacleLaw {
     }
 
     pub fn find_step(&mut self, twist_step: &Vector6<f64>) {
-        self.law.set_step(self.constant + self.slope.dot(twist_step));
+        self.law.p.set_step(self.constant + self.slope.dot(twist_step));
     }
 }
 

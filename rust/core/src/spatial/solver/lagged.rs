@@ -56,12 +56,12 @@ impl CoulombNewton {
     }
 
     fn take_lags(&mut self) {
-        let Self { links, contacts, obstacle_friction, .. } = self;
-        links.iter_mut().for_each(|link| link.laws.lag(&link.twist));
+        let Self { chain, contacts, obstacle_friction, .. } = self;
+        chain.links.iter_mut().for_each(|link| link.ground.lag(&link.twist));
         obstacle_friction
             .iter_mut()
             .zip(contacts)
-            .for_each(|(friction, contact)| friction.lag(&links[contact.link].twist));
+            .for_each(|(friction, contact)| friction.lag(&chain.links[contact.link].twist));
     }
 
     /// Newton's method on a convex problem. Imbalances of closed contacts are longer than the step by the square root of
@@ -104,12 +104,12 @@ impl CoulombNewton {
 
     /// Derivative of the convex function along the step \[J\].
     fn slope(&self) -> f64 {
-        let of_link = |(i, link): (usize, &super::coulomb_newton::Link)| {
-            let [yaw, pitch] = [0, 1].map(|axis| link.moment[axis] * link.step_rates[axis]);
-            let driven = if i > 0 { yaw + pitch } else { 0.0 };
+        let links = self.chain.links.iter().map(|link| {
+            let [yaw, pitch] = link.axes.map(|axis| axis.moment * axis.step_rate);
+            let driven = if link.is_free { 0.0 } else { yaw + pitch };
             link.step.dot(&link.missing) - driven
-        };
-        self.links.iter().enumerate().map(of_link).sum()
+        });
+        links.sum()
     }
 }
 

@@ -4,10 +4,11 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::laws::{Halves, Skin, Symmetric2, Whole};
 use crate::math::{Mask, Real};
+use crate::solver::ActuatorTerm;
 
 use super::friction_term::{FrictionLaw, FrictionTerm};
 use super::sweep::{Quadratic, Segment, Symmetric, with_products};
-use super::terms::{ActuatorTerm, ContactTerm};
+use super::terms::ContactTerm;
 use crate::spatial::spatial_vector::{Momentum, Twist, along, difference, inner, scaled, sum, sum_with_cross};
 use crate::spatial::{Stage, StageFriction, StageSolution};
 

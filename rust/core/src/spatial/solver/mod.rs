@@ -7,7 +7,6 @@
 mod coulomb_friction;
 mod coulomb_laws;
 mod coulomb_newton;
-mod coulomb_pairs;
 mod coulomb_sweep;
 mod fallback;
 mod friction_term;

@@ -22,7 +22,7 @@ use nalgebra::Vector2;
 
 use crate::laws::{Halves, Skin, Whole};
 use crate::math::{Kernel, Mask, Real};
-use crate::solver::{MotorTerm, Outcome};
+use crate::solver::{ActuatorTerm, MotorTerm, Outcome};
 
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, LinkTerm};
@@ -30,7 +30,7 @@ use super::obstacle_friction::ObstacleFriction;
 use super::progress::{Assembly, Corrections, Progress};
 use super::self_contacts::SelfContacts;
 use super::sweep::{Quadratic, Segment};
-use super::terms::{ActuatorTerm, ObstacleTerm, StopTerm};
+use super::terms::{ObstacleTerm, StopTerm, add_motor, evaluate_actuator};
 use crate::spatial::spatial_vector::{Twist, difference, inner, sum};
 use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageFriction, StageSolution, hinge_directions};
@@ -196,7 +196,10 @@ impl<T: Real> Newton<T> {
                 (
                     segment.follow(&previous.twist, &rates),
                     rates,
-                    [ActuatorTerm::new(&stage.joints[i - 1][0]), ActuatorTerm::new(&stage.joints[i - 1][1])],
+                    [
+                        ActuatorTerm::new(&stage.joints[i - 1][0], zero),
+                        ActuatorTerm::new(&stage.joints[i - 1][1], zero),
+                    ],
                 )
             }
             None => (solution.twist[0], [zero; 2], [ActuatorTerm::none(); 2]),
@@ -305,10 +308,11 @@ impl<T: Real> Newton<T> {
             if i == 0 {
                 break;
             }
-            let mut axes = [link.actuators[0].evaluate(link.rates[0]), link.actuators[1].evaluate(link.rates[1])];
+            let [yaw, pitch] = &mut link.actuators;
+            let mut axes = [evaluate_actuator(yaw, link.rates[0]), evaluate_actuator(pitch, link.rates[1])];
             if let Some(motors) = self.motors.get_mut(2 * (i - 1)..2 * i) {
                 for (k, motor) in motors.iter_mut().enumerate() {
-                    link.actuators[k].add_motor(motor, &mut axes[k], link.rates[k], recentred);
+                    add_motor(&mut link.actuators[k], motor, &mut axes[k], link.rates[k], recentred);
                     squared_error = squared_error.max(motor.squared_error() * self.laws.penalty * self.laws.penalty);
                 }
             }

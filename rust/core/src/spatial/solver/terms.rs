@@ -6,14 +6,14 @@
 
 use nalgebra::Vector2;
 
-use crate::laws::{Backlash, HalfLine, LimitedActuator};
+use crate::laws::HalfLine;
 use crate::math::{Mask, Real};
-use crate::solver::{LawForm, MotorTerm};
+use crate::solver::{ActuatorTerm, LawForm, MotorTerm};
 use crate::stepping::StageStop;
 
 use super::sweep::ActuatorModel;
+use crate::spatial::StageContact;
 use crate::spatial::spatial_vector::Wrench;
-use crate::spatial::{StageContact, StageDrive};
 
 /// Unilateral contact: P = max(centre - r (gamma + offset), 0).
 #[derive(Debug, Clone, Copy)]
@@ -24,14 +24,6 @@ pub(super) struct ContactTerm<T: Real> {
     /// Whether the contact counts as closed whatever its velocity.
     held: T::Mask,
     pub value: T,
-}
-
-/// The actuator of one joint axis, a single-valued law that needs no multiplier.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ActuatorTerm<T> {
-    law: Backlash<T>,
-    /// D \[N m s\].
-    pub impulse: T,
 }
 
 /// Both stops of one joint axis.
@@ -141,53 +133,26 @@ impl<T: Real> ContactTerm<T> {
     }
 }
 
-impl<T: Real> ActuatorTerm<T> {
-    #[inline(always)]
-    pub fn new(data: &StageDrive<T>) -> Self {
-        Self { law: actuator(data), impulse: T::zero() }
-    }
-
-    /// No actuator at all.
-    #[inline(always)]
-    pub fn none() -> Self {
-        Self { law: Backlash::none(), impulse: T::zero() }
-    }
-
-    /// Moves to the joint rate.
-    #[inline(always)]
-    pub fn evaluate(&mut self, rate: T) -> ActuatorModel<T> {
-        let (impulse, stiffness) = self.law.evaluate(rate);
-        self.impulse = impulse;
-        ActuatorModel { stiffness, impulse }
-    }
-
-    /// Keeps the drive, last evaluated at the same rate, within the motor's line, and adds what the motor gives besides; its
-    /// multiplier moves in the lanes `recentred`.
-    #[inline(always)]
-    pub fn add_motor(&mut self, motor: &mut MotorTerm<T>, axis: &mut ActuatorModel<T>, rate: T, recentred: T::Mask) {
-        let drive = (self.impulse, axis.stiffness);
-        (self.impulse, axis.impulse, axis.stiffness) = motor.drive(LawForm::Present, rate, drive);
-        axis.impulse += motor.recentre_here(rate, recentred);
-    }
-
-    /// Impulse and stiffness at another rate.
-    #[inline(always)]
-    pub fn at(&self, rate: T) -> (T, T) {
-        self.law.evaluate(rate)
-    }
-
-    /// First and second derivative of the law's function at rate + alpha change by alpha.
-    #[inline(always)]
-    pub fn along(&self, rate: T, change: T, alpha: T) -> (T, T) {
-        self.law.along(rate, change, alpha)
-    }
+/// Moves an actuator to the joint rate.
+#[inline(always)]
+pub(super) fn evaluate_actuator<T: Real>(actuator: &mut ActuatorTerm<T>, rate: T) -> ActuatorModel<T> {
+    let stiffness = actuator.evaluate(LawForm::Present, rate);
+    ActuatorModel { stiffness, impulse: actuator.impulse }
 }
 
-/// The law of one joint axis's actuator (T 4.101), (T 4.102).
+/// Keeps the drive, last evaluated at the same rate, within the motor's line, and adds what the motor gives besides; its
+/// multiplier moves in the lanes `recentred`.
 #[inline(always)]
-pub(super) fn actuator<T: Real>(data: &StageDrive<T>) -> Backlash<T> {
-    let actuator = LimitedActuator { offset: data.drive, stiffness: data.stiffness, limit: data.limit };
-    Backlash { actuator, slack: data.slack }
+pub(super) fn add_motor<T: Real>(
+    actuator: &mut ActuatorTerm<T>,
+    motor: &mut MotorTerm<T>,
+    axis: &mut ActuatorModel<T>,
+    rate: T,
+    recentred: T::Mask,
+) {
+    let drive = (actuator.impulse, axis.stiffness);
+    (actuator.impulse, axis.impulse, axis.stiffness) = motor.drive(LawForm::Present, rate, drive);
+    axis.impulse += motor.recentre_here(rate, recentred);
 }
 
 /// Contact with an obstacle together with its direction.

@@ -91,8 +91,8 @@ impl<T: Real> Workspace<T> {
             let (at, twist) = (frame.axis_of(lane), twist.lane(lane));
             link.spheres().map(|along| {
                 let arm = at.axis * along.lane(lane);
-                let (place, velocity) = ((at.position + arm).xy(), twist.velocity_at(&arm).xy());
-                ContactPoint { place, velocity }
+                let (position, velocity) = ((at.position + arm).xy(), twist.velocity_at(&arm).xy());
+                ContactPoint { position, velocity }
             })
         });
         shares.find_patches(lane, contacts);

@@ -1,6 +1,5 @@
 use nalgebra::Vector3;
 
-use crate::planar::solver::terms::ActuatorTerm;
 use crate::planar::{Stage, StageJoint};
 use crate::rows::MotorRow;
 
@@ -64,7 +63,7 @@ pub(super) fn is_bounded(stage: &Stage, joint: usize) -> bool {
 
 /// The impulse of a joint's actuator at a rate.
 pub(super) fn actuator_impulse(joint: &StageJoint, motor: Option<&MotorRow>, rate: f64) -> f64 {
-    let drive = ActuatorTerm::new(joint, 0.0).at(rate);
+    let drive = joint.law().evaluate(rate);
     motor.map_or(drive, |motor| motor.limit(rate, drive)).0
 }
 

@@ -11,7 +11,7 @@
 mod actuator;
 mod actuator_bounds;
 mod contact;
-mod disc;
+mod limit_surface;
 mod pair;
 
 use nalgebra::Vector3;
@@ -21,7 +21,7 @@ use self::actuator::{
 };
 use self::actuator_bounds::ActuatorBounds;
 use self::contact::Contact;
-use self::disc::{Disc, Ground};
+use self::limit_surface::{Ground, SurfaceCone};
 use self::pair::Pair;
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::solver::link_term::in_frame;
@@ -43,7 +43,7 @@ pub struct Descent {
 /// Workspace of the solver.
 #[derive(Debug, Clone)]
 pub struct InteriorPoint {
-    friction: Vec<Disc>,
+    friction: Vec<SurfaceCone>,
     grounds: Vec<Ground>,
     contact: Vec<Contact>,
     /// Contacts of the robot with itself, and their rows in the linear system.
@@ -66,7 +66,7 @@ pub struct InteriorPoint {
 impl InteriorPoint {
     pub fn new(links: usize) -> Self {
         Self {
-            friction: vec![Disc::new(); links],
+            friction: vec![SurfaceCone::new(); links],
             grounds: Vec::with_capacity(links),
             contact: Vec::with_capacity(PAIRS_PER_LINK * links),
             self_contact: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
@@ -140,7 +140,7 @@ impl InteriorPoint {
         self.segments
             .extend(stage.links[stage.chain()..].iter().map(|one| Segment::new(&one.heading, &one.heading, [0.0; 2])));
         self.movables.resize(nodes - stage.chain(), Quadratic::zero());
-        self.friction.resize(nodes, Disc::new());
+        self.friction.resize(nodes, SurfaceCone::new());
         self.grounds.clear();
         self.grounds.extend((0..nodes).map(|node| Ground::of(stage, node)));
         self.models.resize(nodes, Quadratic::zero());
@@ -159,8 +159,8 @@ impl InteriorPoint {
     /// A point inside the cones at the twists of `solution`, with products of about `mu`.
     fn spread(&mut self, stage: &Stage, solution: &StageSolution, mu: f64) {
         let twist = &solution.twist;
-        for ((disc, ground), u) in self.friction.iter_mut().zip(&self.grounds).zip(twist) {
-            disc.begin(ground, u, mu);
+        for ((cone, ground), u) in self.friction.iter_mut().zip(&self.grounds).zip(twist) {
+            cone.begin(ground, u, mu);
         }
         for BoundedActuator { of, law, bounds, .. } in &mut self.actuators {
             *bounds = ActuatorBounds::begin(law, of.rate(twist), mu);
@@ -176,18 +176,18 @@ impl InteriorPoint {
     /// One predictor and corrector from a point whose products are `mu` on average; returns the length of the step,
     /// zero where round-off leaves no direction.
     fn iterate(&mut self, stage: &Stage, solution: &mut StageSolution, mu: f64) -> f64 {
-        self.friction.iter_mut().for_each(Disc::aim_affine);
+        self.friction.iter_mut().for_each(SurfaceCone::aim_affine);
         self.pairs(Pair::aim_affine);
         self.find_direction(stage, &solution.twist);
         let affine = self.longest_step().min(1.0);
         let left = self.gap_after(affine) / self.cones(stage) / mu;
         let centering = left.clamp(0.0, 1.0).powi(3).max(1e-6);
-        self.friction.iter_mut().for_each(|disc| disc.aim_central(centering * mu));
+        self.friction.iter_mut().for_each(|cone| cone.aim_central(centering * mu));
         self.pairs(|pair| pair.aim_central(centering * mu));
         self.find_direction(stage, &solution.twist);
         let mut step = self.longest_step();
         if step < SHORT {
-            self.friction.iter_mut().for_each(|disc| disc.aim_centre(mu));
+            self.friction.iter_mut().for_each(|cone| cone.aim_centre(mu));
             self.pairs(|pair| pair.aim_centre(mu));
             self.find_direction(stage, &solution.twist);
             step = self.longest_step();
@@ -285,9 +285,9 @@ impl InteriorPoint {
 
     fn follow(&mut self, stage: &Stage, twist: &[Vector3<f64>]) {
         let direction = &self.direction;
-        for ((disc, ground), du) in self.friction.iter_mut().zip(&self.grounds).zip(direction) {
+        for ((cone, ground), du) in self.friction.iter_mut().zip(&self.grounds).zip(direction) {
             if ground.has_friction() {
-                disc.follow(ground, du);
+                cone.follow(ground, du);
             }
         }
         for actuator in &mut self.actuators {
@@ -306,9 +306,9 @@ impl InteriorPoint {
             *u += du * alpha;
         }
         stage.follow_joints(&mut solution.twist);
-        for ((disc, ground), u) in self.friction.iter_mut().zip(&self.grounds).zip(&solution.twist) {
+        for ((cone, ground), u) in self.friction.iter_mut().zip(&self.grounds).zip(&solution.twist) {
             if ground.has_friction() {
-                disc.advance(ground, alpha, u);
+                cone.advance(ground, alpha, u);
             }
         }
         self.pairs(|pair| pair.advance(alpha));
@@ -327,32 +327,32 @@ impl InteriorPoint {
     fn fold(
         &self,
         start: f64,
-        of_disc: impl Fn(&Disc) -> f64,
+        of_cone: impl Fn(&SurfaceCone) -> f64,
         of_pair: impl Fn(&Pair) -> f64,
         with: impl Fn(f64, f64) -> f64,
     ) -> f64 {
-        let discs = self.friction.iter().zip(&self.grounds).filter(|(_, ground)| ground.has_friction());
+        let cones = self.friction.iter().zip(&self.grounds).filter(|(_, ground)| ground.has_friction());
         let bounds = self.actuators.iter().map(|actuator| &actuator.bounds);
         let contacts = self.contact.iter().chain(&self.self_contact);
-        let figures = discs.map(|(disc, _)| of_disc(disc)).chain(contacts.map(|contact| of_pair(&contact.pair)));
+        let figures = cones.map(|(cone, _)| of_cone(cone)).chain(contacts.map(|contact| of_pair(&contact.pair)));
         figures.chain(bounds.flat_map(|bounds| [of_pair(&bounds.upper), of_pair(&bounds.lower)])).fold(start, with)
     }
 
     fn cones(&self, stage: &Stage) -> f64 {
-        let discs = self.grounds.iter().filter(|ground| ground.has_friction()).count();
-        (discs + stage.contacts.len() + stage.pairs.len() + 2 * self.actuators.len()).max(1) as f64
+        let cones = self.grounds.iter().filter(|ground| ground.has_friction()).count();
+        (cones + stage.contacts.len() + stage.pairs.len() + 2 * self.actuators.len()).max(1) as f64
     }
 
     fn gap(&self) -> f64 {
-        self.fold(0.0, Disc::gap, Pair::gap, |a, b| a + b)
+        self.fold(0.0, SurfaceCone::gap, Pair::gap, |a, b| a + b)
     }
 
     fn gap_after(&self, alpha: f64) -> f64 {
-        self.fold(0.0, |disc| disc.gap_after(alpha), |pair| pair.gap_after(alpha), |a, b| a + b)
+        self.fold(0.0, |cone| cone.gap_after(alpha), |pair| pair.gap_after(alpha), |a, b| a + b)
     }
 
     fn longest_step(&self) -> f64 {
-        self.fold(f64::INFINITY, Disc::longest_step, Pair::longest_step, f64::min)
+        self.fold(f64::INFINITY, SurfaceCone::longest_step, Pair::longest_step, f64::min)
     }
 
     /// Largest violation of a contact \[m/s\]; the impulses become the new centres.
@@ -370,8 +370,8 @@ impl InteriorPoint {
             let StageJoint { stiffness, limit, .. } = turning_friction(bound, link.inertia);
             solution.spin[i] = (-stiffness * solution.twist[i].z).clamp(-limit, limit);
         }
-        for (i, (disc, ground)) in self.friction.iter().zip(&self.grounds).enumerate() {
-            let impulse = if ground.has_friction() { disc.impulse(ground) } else { Vector3::zeros() };
+        for (i, (cone, ground)) in self.friction.iter().zip(&self.grounds).enumerate() {
+            let impulse = if ground.has_friction() { cone.impulse(ground) } else { Vector3::zeros() };
             solution.friction[i] = impulse.xy();
             if i >= stage.chain() {
                 solution.spin[i] = impulse.z;

@@ -14,7 +14,7 @@ use crate::planar::{Heading, Stage};
 type Point = Vector4<f64>;
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Disc {
+pub(super) struct SurfaceCone {
     /// t and gamma^: upper bound of the dissipation, and the slip it bounds \[J\].
     t: f64,
     slip: Vector3<f64>,
@@ -59,7 +59,7 @@ struct Scaling {
     lambda: Point,
 }
 
-impl Disc {
+impl SurfaceCone {
     pub fn new() -> Self {
         let scaling = Scaling { eta: 1.0, w: Point::x(), lambda: Point::x() };
         let zero = Vector3::zeros();

@@ -1,0 +1,49 @@
+use crate::laws::Backlash;
+use crate::math::Real;
+use crate::rows::DriveRow;
+
+use super::LawForm;
+
+/// The actuator of one joint axis, a single-valued law that needs no multiplier.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ActuatorTerm<T> {
+    law: Backlash<T>,
+    /// D \[N m s\].
+    pub impulse: T,
+}
+
+impl<T: Real> ActuatorTerm<T> {
+    #[inline(always)]
+    pub fn new(drive: &DriveRow<T>, impulse: T) -> Self {
+        Self { law: drive.law(), impulse }
+    }
+
+    /// No actuator at all.
+    #[inline(always)]
+    pub fn none() -> Self {
+        Self { law: Backlash::none(), impulse: T::zero() }
+    }
+
+    /// Moves to a rate of the axis; returns the stiffness there.
+    #[inline(always)]
+    pub fn evaluate(&mut self, form: LawForm, rate: T) -> T {
+        let (impulse, stiffness) = match form {
+            LawForm::LastBranch => self.law.evaluate_last_branch(rate, self.impulse),
+            LawForm::Present => self.law.evaluate(rate),
+        };
+        self.impulse = impulse;
+        stiffness
+    }
+
+    /// Impulse and stiffness at another rate.
+    #[inline(always)]
+    pub fn at(&self, rate: T) -> (T, T) {
+        self.law.evaluate(rate)
+    }
+
+    /// First and second derivative of the law's function at rate + alpha change by alpha.
+    #[inline(always)]
+    pub fn along(&self, rate: T, change: T, alpha: T) -> (T, T) {
+        self.law.along(rate, change, alpha)
+    }
+}
