@@ -2,13 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::laws::{Backlash, LimitedActuator};
 use crate::math::{Real, laned};
 
 use super::Saved;
 
 /// One joint axis: the impulse that drives phi upwards is `clamp(shrink(drive - stiffness phi'))`, where `shrink` takes up to
-/// `slack` off its argument's magnitude (T 4.101), (T 4.102).
+/// `slack` off its argument's magnitude.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "T: Saved", deny_unknown_fields)]
 pub struct DriveRow<T = f64> {
@@ -33,11 +32,5 @@ impl<T: Real> DriveRow<T> {
     pub fn none() -> Self {
         let zero = T::zero();
         Self { drive: zero, stiffness: zero, limit: zero, slack: zero }
-    }
-
-    #[inline(always)]
-    pub fn law(&self) -> Backlash<T> {
-        let actuator = LimitedActuator { offset: self.drive, stiffness: self.stiffness, limit: self.limit };
-        Backlash { actuator, slack: self.slack }
     }
 }

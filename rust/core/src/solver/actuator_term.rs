@@ -1,4 +1,4 @@
-use crate::laws::Backlash;
+use crate::laws::{Backlash, LimitedActuator};
 use crate::math::Real;
 use crate::rows::DriveRow;
 
@@ -15,7 +15,8 @@ pub(crate) struct ActuatorTerm<T> {
 impl<T: Real> ActuatorTerm<T> {
     #[inline(always)]
     pub fn new(drive: &DriveRow<T>, impulse: T) -> Self {
-        Self { law: drive.law(), impulse }
+        let actuator = LimitedActuator { offset: drive.drive, stiffness: drive.stiffness, limit: drive.limit };
+        Self { law: Backlash { actuator, slack: drive.slack }, impulse }
     }
 
     /// No actuator at all.

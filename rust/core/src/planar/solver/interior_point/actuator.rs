@@ -2,6 +2,7 @@ use nalgebra::Vector3;
 
 use crate::planar::{Stage, StageJoint};
 use crate::rows::MotorRow;
+use crate::solver::ActuatorTerm;
 
 use super::actuator_bounds::ActuatorBounds;
 
@@ -63,7 +64,7 @@ pub(super) fn is_bounded(stage: &Stage, joint: usize) -> bool {
 
 /// The impulse of a joint's actuator at a rate.
 pub(super) fn actuator_impulse(joint: &StageJoint, motor: Option<&MotorRow>, rate: f64) -> f64 {
-    let drive = joint.law().evaluate(rate);
+    let drive = ActuatorTerm::new(joint, 0.0).at(rate);
     motor.map_or(drive, |motor| motor.limit(rate, drive)).0
 }
 
