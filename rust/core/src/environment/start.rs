@@ -117,9 +117,9 @@ impl StartLine {
         // The course's start is turned a little against the natural path.
         let tilt = self.nominal.angle - PI - self.path.direction(self.nominal.phase);
         let slide = Rotation2::new(tilt) * self.path.displacement(self.nominal.phase, phase);
-        let from_centre = self.nominal.position + slide - self.gravity_centre;
+        let off_centre = self.nominal.position + slide - self.gravity_centre;
         Start {
-            position: self.gravity_centre + Rotation2::new(jitter.turn) * from_centre + jitter.shift,
+            position: self.gravity_centre + Rotation2::new(jitter.turn) * off_centre + jitter.shift,
             angle: PI + self.path.direction(phase) + tilt + jitter.turn,
             phase,
             has_own_posture: false,

@@ -156,7 +156,7 @@ impl<const N: usize> Contacts<N> {
 
     /// How far an impulse is from its centre at most \[N s\].
     pub fn centre_error(&self) -> f64 {
-        self.impulses().map(|(_, p)| p.from_centre().abs()).fold(0.0, f64::max)
+        self.impulses().map(|(_, p)| p.off_centre().abs()).fold(0.0, f64::max)
     }
 
     pub fn move_along(&mut self, fraction: f64) {

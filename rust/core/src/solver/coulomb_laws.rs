@@ -94,10 +94,10 @@ impl<V: Numbers> LawImpulse<V> {
 
     /// z at this velocity.
     pub fn argument(&self, velocity: V, form: &CoulombForm) -> V {
-        self.value - (velocity + self.from_centre() * form.compliance) * form.weight
+        self.value - (velocity + self.off_centre() * form.compliance) * form.weight
     }
 
-    pub fn from_centre(&self) -> V {
+    pub fn off_centre(&self) -> V {
         self.value - self.centre
     }
 

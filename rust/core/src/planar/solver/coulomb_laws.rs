@@ -64,8 +64,8 @@ impl LinkGround {
 
     /// How far an impulse is from its centre at most \[N s\].
     pub fn centre_error(&self) -> f64 {
-        let of_spin = self.spin.map_or(0.0, |spin| spin.p.from_centre().abs());
-        self.friction.p.from_centre().amax().max(of_spin)
+        let of_spin = self.spin.map_or(0.0, |spin| spin.p.off_centre().abs());
+        self.friction.p.off_centre().amax().max(of_spin)
     }
 
     /// Visits the numbers of the impulses with their steps.

@@ -131,9 +131,9 @@ impl CoupledStage for CoulombNewton {
     }
 
     fn centre_error(&self) -> f64 {
-        let ground = self.chain.links.iter().map(|link| link.ground.laws.p.from_centre().amax());
-        let contacts = self.contacts.iter().map(|contact| contact.law.p.from_centre().abs());
-        let friction = self.obstacle_friction.iter().map(|friction| friction.laws.p.from_centre().amax());
+        let ground = self.chain.links.iter().map(|link| link.ground.laws.p.off_centre().amax());
+        let contacts = self.contacts.iter().map(|contact| contact.law.p.off_centre().abs());
+        let friction = self.obstacle_friction.iter().map(|friction| friction.laws.p.off_centre().amax());
         let rest = [self.chain.gear_error(), self.pairs.centre_error()];
         ground.chain(contacts).chain(friction).chain(rest).fold(0.0, f64::max)
     }
