@@ -1,5 +1,7 @@
 //! The scene: obstacles and the ground's friction (T 3.3.1, T Tables 7.3 and 7.5).
 
+use std::ops::Deref;
+
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -81,15 +83,14 @@ pub const SMOOTHING: f64 = 1e-3;
 
 /// A validated scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scene {
-    pub obstacles: Vec<Obstacle>,
-    pub friction: [f64; 2],
-    pub friction_backward: Option<f64>,
-    pub rolling_friction: f64,
-    pub spin_friction: f64,
-    pub stribeck: Stribeck,
-    pub patches: Vec<Patch>,
-    pub slope: Slope,
+pub struct Scene(SceneConfig);
+
+impl Deref for Scene {
+    type Target = SceneConfig;
+
+    fn deref(&self) -> &SceneConfig {
+        &self.0
+    }
 }
 
 impl Scene {
@@ -102,9 +103,8 @@ impl Scene {
         non_negative("friction[0]", config.friction[0])?;
         non_negative("friction[1]", config.friction[1])?;
         let has_slopes = config.obstacles.iter().any(|obstacle| obstacle.shape.has_friction_of_ground());
-        let friction_backward = config.friction_backward;
-        friction_backward.map_or(Ok(0.0), |backward| non_negative("friction_backward", backward))?;
-        if let Some(backward) = friction_backward.filter(|&backward| backward != config.friction[0]) {
+        config.friction_backward.map_or(Ok(0.0), |backward| non_negative("friction_backward", backward))?;
+        if let Some(backward) = config.friction_backward.filter(|&backward| backward != config.friction[0]) {
             let expected = "None with a height field that has the friction of the ground";
             require(!has_slopes, "friction_backward", backward, expected)?;
             let has_movables = config.obstacles.iter().any(|obstacle| obstacle.mass.is_some());
@@ -116,16 +116,14 @@ impl Scene {
             let expected = "no patches with a height field that has the friction of the ground: give its cells theirs";
             require(!has_slopes, &format!("patches[{j}]"), "a patch", expected)?;
         }
-        let rolling_friction = non_negative("rolling_friction", config.rolling_friction)?;
-        let spin_friction = length_or_zero("spin_friction", config.spin_friction)?;
-        let (friction, stribeck, slope) = (config.friction, config.stribeck, config.slope);
-        slope.validate()?;
-        stribeck.validate().map_err(|e| e.inside("stribeck"))?;
+        non_negative("rolling_friction", config.rolling_friction)?;
+        length_or_zero("spin_friction", config.spin_friction)?;
+        config.slope.validate()?;
+        config.stribeck.validate().map_err(|e| e.inside("stribeck"))?;
         non_negative("viscous[0]", config.viscous[0])?;
         non_negative("viscous[1]", config.viscous[1])?;
         positive("smoothing", config.smoothing)?;
-        let (obstacles, patches) = (config.obstacles.clone(), config.patches.clone());
-        Ok(Self { obstacles, friction, friction_backward, rolling_friction, spin_friction, stribeck, patches, slope })
+        Ok(Self(config.clone()))
     }
 
     /// Coefficients of sliding friction along and across a link, the larger ones along, and the skin.

@@ -43,7 +43,7 @@ impl Scenes {
 
 /// The ground is that of the environment: only obstacles differ between robots.
 fn obstacles_of(scene: &SceneConfig, config: &EnvConfig) -> Result<Vec<Obstacle>, ConfigError> {
-    let obstacles = Scene::new(scene).map_err(|e| e.inside("scene"))?.obstacles;
+    let obstacles = Scene::new(scene).map_err(|e| e.inside("scene"))?.obstacles.clone();
     let on = (config.model.name(), Method::Implicit);
     for (j, obstacle) in obstacles.iter().enumerate() {
         let field = format!("scene.obstacles[{j}]");

@@ -34,19 +34,18 @@ impl SpatialSystem {
         controller.validate()?;
         let expected = "\"pd\": the spatial model has no input-output linearisation";
         require(controller.law == ControlLaw::Pd, "law", "io", expected)?;
-        let Scene { rolling_friction, stribeck, patches, slope, .. } = scene;
         let (friction, skin) = scene.sliding();
         Ok(Self {
-            gravity: slope.acceleration(robot.gravity),
+            gravity: scene.slope.acceleration(robot.gravity),
             shape: ChainShape::new(&robot),
             gains: controller.gains(&robot),
             robot,
             controller,
             friction,
             skin,
-            rolling_friction: *rolling_friction,
-            stribeck: *stribeck,
-            patches: Patches::new(patches),
+            rolling_friction: scene.rolling_friction,
+            stribeck: scene.stribeck,
+            patches: Patches::new(&scene.patches),
         })
     }
 
