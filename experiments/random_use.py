@@ -130,12 +130,13 @@ def use(name: str, minutes: float, seed: int) -> Counter[str]:
             before = shown(page)
             kind = act(page, controls, random)
             done[kind] += 1
-            play()
             limit = time.monotonic() + STANDSTILL
             while shown(page) == before:
+                # Again and again: a pause that was clicked may arrive after the first call.
+                play()
                 if time.monotonic() > limit:
                     raise RuntimeError(f"{name} stands still after {done.total()} actions, the last one: {kind}")
-                page.wait_for_timeout(50)
+                page.wait_for_timeout(500)
             if reported:
                 raise RuntimeError(f"{name} after {done.total()} actions: {reported[0]}")
         page.close()

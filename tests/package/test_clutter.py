@@ -1,4 +1,4 @@
-"""SnakeClutter-v1: a way through discs that can be pushed."""
+"""SnakeClutter-v1: a way through discs and boxes that can be pushed."""
 
 from __future__ import annotations
 
@@ -8,17 +8,19 @@ import numpy as np
 import pytest
 
 from snake_env import ConfigError, SnakeEnv, SnakeVectorEnv, evaluate
+from snake_env.obstacles import Box, Circle
 
 
-def discs(envs, i):
-    return envs.scene(i).obstacles
+def radius(obstacle):
+    """Of the disc, or of the circle around the box [m]."""
+    return obstacle.radius if isinstance(obstacle, Circle) else np.hypot(*obstacle.size) / 2
 
 
-def test_difficulty_orders_number_and_masses_of_discs():
+def test_difficulty_orders_number_and_masses():
     for difficulty, count, heaviest in ((0.0, 6, 0.076), (1.0, 40, 75.0)):
         with closing(SnakeVectorEnv(40, task="clutter", difficulty=difficulty)) as envs:
             envs.reset(seed=0)
-            scenes = [discs(envs, i) for i in range(40)]
+            scenes = [envs.scene(i).obstacles for i in range(40)]
             state = envs.state()
             links = state.link_position
         numbers = [len(scene) for scene in scenes]
@@ -26,9 +28,13 @@ def test_difficulty_orders_number_and_masses_of_discs():
         masses = np.array([one.mass for scene in scenes for one in scene])
         assert masses.min() >= 0.0749
         assert 0.7 * heaviest < masses.max() <= heaviest
+        boxes = [one for scene in scenes for one in scene if isinstance(one, Box)]
+        assert 0.4 < len(boxes) / len(masses) < 0.6
+        slimness = np.array([max(box.size) / min(box.size) for box in boxes])
+        assert slimness.min() < 1.2 < 2.2 < slimness.max() < 2.42
         for scene, robot in zip(scenes, links, strict=True):
             centres = np.array([(one.x, one.y) for one in scene])
-            radii = np.array([one.radius for one in scene])
+            radii = np.array([radius(one) for one in scene])
             apart = np.linalg.norm(centres[:, None] - centres[None], axis=2) - radii[:, None] - radii
             assert (apart + np.eye(len(scene)) > 0.0).all()
             # The robot passes between those that it can hardly push, as far as it does not start there.

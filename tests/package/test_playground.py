@@ -275,6 +275,34 @@ def test_a_peg_on_a_spring_gives_way_up_to_its_stop_and_comes_back(playground):
     assert page.evaluate("JSON.parse(playground.robot.signals()).diverged") == 0.0
 
 
+def test_a_box_is_pushed_and_turned_and_taken_away(playground):
+    page = playground("task=free&driver=gait&paused")
+    page.locator("#tool").select_option("box")
+    x, y = numbers(page, "links()").reshape(-1, 7)[5, :2]
+    double_click(page, x, y + 0.3)
+    number, length, width, angle = numbers(page, "boxes()")
+    assert (number, angle) == (0, 0.0)
+    radius, *start = numbers(page, "pegs()")
+    np.testing.assert_allclose([length, width], np.sqrt(2) * radius)
+    drag(page, (x, y, 0.05), (x, y + 0.8, 0.05))
+    steps(page, 40)
+    page.mouse.up()
+    _, *end = numbers(page, "pegs()")
+    turned = numbers(page, "boxes()")[3]
+    assert np.linalg.norm(np.subtract(end, start)) > 0.05 and turned != 0.0
+    # Its picture stands where it is.
+    corner = np.array(page.evaluate("Array.from(playground.view.boxes.instanceMatrix.array.slice(0, 14))"))
+    np.testing.assert_allclose(corner[:2], length * np.array([np.cos(turned), np.sin(turned)]), atol=1e-6)
+    np.testing.assert_allclose(corner[12:], end, atol=1e-6)
+    x, y = end[0], end[1] + 0.1
+    page.evaluate(f"playground.robot.move_peg(0, {x}, {y})")
+    steps(page, 1)
+    np.testing.assert_allclose(numbers(page, "pegs()")[1:], [x, y])
+    np.testing.assert_allclose(numbers(page, "boxes()")[3], turned)
+    double_click(page, x, y)
+    assert len(numbers(page, "boxes()")) == 0
+
+
 def test_discs_are_pushed_and_stay_where_they_were_pushed_when_another_is_dragged(playground):
     page = playground("task=clutter&paused")
     assert len(numbers(page, "springs()")) == 0

@@ -118,7 +118,7 @@ impl Playground {
         self.play.joint_torque()
     }
 
-    /// Radius, x and y of each peg, where it is \[m\].
+    /// Radius, x and y of each peg, or of the circle around a box, where it is \[m\].
     pub fn pegs(&self) -> Vec<f64> {
         self.play.pegs().iter().flat_map(|peg| [peg.radius, peg.x, peg.y]).collect()
     }
@@ -128,12 +128,17 @@ impl Playground {
         self.play.springs().iter().flat_map(|(peg, home)| [*peg as f64, home.x, home.y]).collect()
     }
 
+    /// Of each box its number among the pegs, its sides \[m\] and its angle \[rad\].
+    pub fn boxes(&self) -> Vec<f64> {
+        self.play.boxes().iter().flat_map(|(peg, size, angle)| [*peg as f64, size[0], size[1], *angle]).collect()
+    }
+
     /// Moves a peg towards a point \[m\]; it stops where it would touch the robot, or something that moves.
     pub fn move_peg(&mut self, peg: usize, x: f64, y: f64) {
         self.play.move_peg(peg, x, y);
     }
 
-    /// Adds a peg, `fixed`, on a `spring` or `loose`, or returns false where the robot is in its place.
+    /// Adds a peg, `fixed`, on a `spring` or `loose`, or a `box` that can be pushed, or returns false where the robot is in its place.
     ///
     /// # Errors
     /// There is no such kind.

@@ -1,5 +1,6 @@
 //! One environment with what drives its robot, and the changes that a hand makes to it.
 
+use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
@@ -38,6 +39,7 @@ pub trait Play {
     fn blocks(&self) -> Vec<&'static str>;
     fn pegs(&self) -> Vec<Peg>;
     fn springs(&self) -> Vec<(usize, Peg)>;
+    fn boxes(&self) -> Vec<(usize, [f64; 2], f64)>;
     fn goal(&self) -> [f64; 3];
     fn observation(&self) -> &[f32];
     fn action(&self) -> &[f64];
@@ -57,9 +59,11 @@ pub enum Kind {
     Spring,
     /// Lies on the ground and can be pushed; the planar model only.
     Loose,
+    /// The same with a square outline.
+    Box,
 }
 
-/// A round obstacle, and its motion if it can move.
+/// A disc or a box, and its motion if it can move.
 #[derive(Debug, Clone)]
 struct Placed {
     obstacle: Obstacle,
@@ -67,24 +71,34 @@ struct Placed {
 }
 
 impl Placed {
-    /// Where it is when nothing has moved it.
+    /// The disc, or the circle around the box, when nothing has moved it.
     fn home(&self) -> Peg {
         match self.obstacle.shape {
             Shape::Circle(peg) => peg,
+            Shape::Box { size: [length, width], x, y, .. } => Peg { radius: 0.5 * length.hypot(width), x, y },
             // The page has no tasks with others.
             _ => Peg { radius: 0.0, x: f64::NAN, y: f64::NAN },
         }
     }
 
-    /// Where it is.
+    /// The same where it is.
     fn peg(&self) -> Peg {
         let home = self.home();
         self.moved.map_or(home, |Moved { pose, .. }| Peg { x: pose.x, y: pose.y, ..home })
     }
 
+    /// Sides and angle of a box where it is.
+    fn edges(&self) -> Option<([f64; 2], f64)> {
+        let Shape::Box { size, angle, .. } = self.obstacle.shape else { return None };
+        Some((size, angle + self.moved.map_or(0.0, |moved| moved.pose.z)))
+    }
+
     /// Carries it to another place, where it is at rest.
     fn carry(&mut self, peg: Peg) {
-        self.obstacle.shape = Shape::Circle(peg);
+        self.obstacle.shape = match self.edges() {
+            None => Shape::Circle(peg),
+            Some((size, angle)) => Shape::Box { size, x: peg.x, y: peg.y, angle },
+        };
         self.moved = self.moved.map(|_| Moved { pose: Vector3::new(peg.x, peg.y, 0.0), twist: Vector3::zeros() });
     }
 }
@@ -294,9 +308,13 @@ impl<M: Shown> Play for Session<M> {
         if moves {
             obstacle.mass = Some(PEG_MASS);
         }
-        if kind == Kind::Spring {
-            obstacle.spring = Some(SPRING);
-            obstacle.ground_friction = 0.0;
+        match kind {
+            Kind::Fixed | Kind::Loose => {}
+            Kind::Spring => (obstacle.spring, obstacle.ground_friction) = (Some(SPRING), 0.0),
+            Kind::Box => {
+                let size = [SQRT_2 * peg.radius; 2];
+                obstacle.shape = Shape::Box { size, x: peg.x, y: peg.y, angle: 0.0 };
+            }
         }
         let at_rest = Moved { pose: Vector3::new(peg.x, peg.y, 0.0), twist: Vector3::zeros() };
         self.pegs.push(Placed { obstacle, moved: moves.then_some(at_rest) });
@@ -359,6 +377,11 @@ impl<M: Shown> Play for Session<M> {
     fn springs(&self) -> Vec<(usize, Peg)> {
         let held = self.pegs.iter().enumerate().filter(|(_, peg)| peg.obstacle.spring.is_some());
         held.map(|(number, peg)| (number, peg.home())).collect()
+    }
+
+    fn boxes(&self) -> Vec<(usize, [f64; 2], f64)> {
+        let edges = |(number, peg): (usize, &Placed)| peg.edges().map(|(size, angle)| (number, size, angle));
+        self.pegs.iter().enumerate().filter_map(edges).collect()
     }
 
     fn goal(&self) -> [f64; 3] {

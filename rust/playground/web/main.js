@@ -5,14 +5,14 @@ import start, { Playground, policy_environment } from "./pkg/snake_playground.js
 import { Strip, bars } from "./charts.js";
 import { View, between, groundPoint } from "./view.js";
 
-const TASKS = {field: "random field of pegs", course: "course of the thesis", perturbed: "course, pegs out of place", maze: "lattice of posts", corridor: "corridor of pegs", clutter: "discs that can be pushed", free: "no pegs"};
+const TASKS = {field: "random field of pegs", course: "course of the thesis", perturbed: "course, pegs out of place", maze: "lattice of posts", corridor: "corridor of pegs", clutter: "discs and boxes that can be pushed", free: "no pegs"};
 // Policies that the Python package ships, and the tasks of each model that they are for.
 const POLICIES = {
   planar: {general: ["field", "course", "perturbed", "maze", "corridor", "clutter"], isotropic: ["free"]},
   spatial: {spatial: ["free"], "spatial-field": ["field"]},
 };
 // What a double click adds: pegs of the session by their kind, or a patch by its factor of friction.
-const TOOLS = {fixed: "a peg", spring: "a peg that yields", loose: "a disc to push", 0.1: "a patch of ice", "4.0": "a patch of rug"};
+const TOOLS = {fixed: "a peg", spring: "a peg that yields", loose: "a disc to push", box: "a box to push", 0.1: "a patch of ice", "4.0": "a patch of rug"};
 const PATCH = 0.3; // half a side [m]
 const DEGREE = Math.PI / 180;
 const PEG_RADIUS = 0.05; // of pegs that are added [m]
@@ -118,13 +118,17 @@ function restart() {
   tell("");
 }
 
+function showPegs() {
+  view.setPegs(robot.pegs(), robot.springs(), robot.boxes());
+}
+
 function shown() {
   before = after = robot.links();
   forces = robot.contact_force();
   owed = ended = 0;
   hand = null;
   strip.values.length = 0;
-  view.setPegs(robot.pegs(), robot.springs());
+  showPegs();
   view.setPatches(patches);
   view.setGoal(robot.goal());
   view.look(centreOf(after), $("model").value === "spatial");
@@ -199,7 +203,7 @@ function listDrivers() {
   $("driver").value = names.includes(kept) ? kept : names[1] ?? "gait";
 }
 
-// Discs move in the plane alone.
+// Discs and boxes move in the plane alone.
 function listTools() {
   const kept = $("tool").value, names = Object.keys(TOOLS).filter((name) => $("model").value === "planar" || name === "fixed" || name > 0);
   $("tool").replaceChildren(...names.map((name) => new Option(TOOLS[name], name)));
@@ -271,7 +275,7 @@ function step() {
   after = robot.links();
   strip.add(robot.residual());
   view.extendTrail(centreOf(after));
-  view.setPegs(robot.pegs(), robot.springs());
+  showPegs();
   if (robot.has_ended() && !ended) {
     const {is_success, time} = JSON.parse(robot.signals());
     tell(is_success ? `Goal reached after ${time.toFixed(1)} s` : "The episode is over");
@@ -356,7 +360,7 @@ function drag(event) {
   if (!point) return;
   if (hand.kind === "peg") {
     robot.move_peg(hand.index, point.x + hand.offset.x, point.y + hand.offset.y);
-    view.setPegs(robot.pegs(), robot.springs());
+    showPegs();
   } else {
     hand.to = point;
     robot.pull(hand.index, point.x, point.y, point.z);
@@ -387,7 +391,7 @@ function addOrRemove(event) {
     if (point && tool > 0) changePatch(point, Number(tool));
     else if (point) robot.add_peg(tool, PEG_RADIUS, point.x, point.y);
   }
-  view.setPegs(robot.pegs(), robot.springs());
+  showPegs();
 }
 
 // Takes away the patches at a point, or makes one around it.

@@ -127,22 +127,31 @@ export class View {
     this.links.instanceColor.needsUpdate = true;
   }
 
-  // Radius, x and y of each peg; of those on springs number, x and y of the place where the spring holds it.
-  setPegs(pegs, springs) {
+  // Radius, x and y of each peg; of those on springs number, x and y of the place where the spring holds it; of those that
+  // are boxes number, sides and angle.
+  setPegs(pegs, springs, boxes) {
     const count = pegs.length / 3, room = Math.max(64, 2 ** Math.ceil(Math.log2(count + 1)));
-    if (!this.pegs || this.pegs.instanceMatrix.count < count) {
-      this.remove(this.pegs);
-      this.pegs = this.instances(new THREE.CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2), PEG, room);
+    if (!this.discs || this.discs.instanceMatrix.count < count) {
+      this.remove(this.discs);
+      this.remove(this.boxes);
+      this.discs = this.instances(new THREE.CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2), PEG, room);
+      this.boxes = this.instances(new THREE.BoxGeometry(1, 1, 1), PEG, room);
     }
-    const matrix = new THREE.Matrix4();
+    const matrix = new THREE.Matrix4(), edges = new Map();
+    for (let k = 0; k < boxes.length; k += 4) edges.set(boxes[k], boxes.slice(k + 1, k + 4));
+    this.discs.numbers = [];
+    this.boxes.numbers = [];
     for (let k = 0; k < count; k++) {
-      const [radius, x, y] = pegs.slice(3 * k, 3 * k + 3);
-      matrix.makeScale(radius, radius, PEG_HEIGHT).setPosition(x, y, PEG_HEIGHT / 2);
-      this.pegs.setMatrixAt(k, matrix);
+      const [radius, x, y] = pegs.slice(3 * k, 3 * k + 3), [length, width, angle] = edges.get(k) ?? [radius, radius, 0];
+      const mesh = edges.has(k) ? this.boxes : this.discs;
+      matrix.makeRotationZ(angle).scale(new THREE.Vector3(length, width, PEG_HEIGHT)).setPosition(x, y, PEG_HEIGHT / 2);
+      mesh.setMatrixAt(mesh.numbers.push(k) - 1, matrix);
     }
-    this.pegs.count = count;
-    this.pegs.instanceMatrix.needsUpdate = true;
-    this.pegs.computeBoundingSphere();
+    for (const mesh of [this.discs, this.boxes]) {
+      mesh.count = mesh.numbers.length;
+      mesh.instanceMatrix.needsUpdate = true;
+      mesh.computeBoundingSphere();
+    }
     const turn = new THREE.Quaternion(), z = new THREE.Vector3(0, 0, 1), top = PEG_HEIGHT + 0.004;
     this.anchors.count = this.bars.count = Math.min(PEGS, springs.length / 3);
     for (let k = 0; k < this.anchors.count; k++) {
@@ -292,8 +301,10 @@ export class View {
   // What lies under the pointer: {kind: "peg" or "link", index, point}, or null.
   pick(event) {
     const ray = this.ray(event);
-    const [hit] = ray.intersectObjects([this.links, this.pegs].filter(Boolean), false);
-    return hit ? {kind: hit.object === this.links ? "link" : "peg", index: hit.instanceId, point: hit.point} : null;
+    const [hit] = ray.intersectObjects([this.links, this.discs, this.boxes].filter(Boolean), false);
+    if (!hit) return null;
+    const {object, instanceId, point} = hit;
+    return object === this.links ? {kind: "link", index: instanceId, point} : {kind: "peg", index: object.numbers[instanceId], point};
   }
 
   // The point under the pointer in the horizontal plane through `point`, or with `facing` in that across the view.
