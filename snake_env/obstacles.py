@@ -1,7 +1,8 @@
 """Obstacles of a scene: pegs, walls and convex bodies by their outlines, seen from above, fixed or to be pushed.
 
 In the spatial model these are vertical bodies, without end or of a height, and there are others: uneven ground, convex
-polyhedra, poles and pipes. Lengths in m, angles in rad.
+polyhedra, poles and pipes. What can be pushed stays upright there, and meets vertical bodies only. Lengths in m, angles
+in rad.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ class Circle(_Body):
         x: centre [m].
         y: centre [m].
         friction: Coulomb coefficient between links and the obstacle, >= 0; 0 with a mass.
-        mass: of a homogeneous disc, > 0; None: fixed. The planar model only [kg].
-        height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
+        mass: of a homogeneous disc, > 0; None: fixed [kg].
+        height: of the top face above the ground, > 0; None: without end, as with a mass. The spatial model only [m].
         ground_friction: Coulomb coefficient between the ground and the disc, which presses on it evenly. It resists
             sliding with at most mu m g and spin with at most 2/3 R mu m g. None: 0.2, as of links, 0 with a spring.
             Only with a mass.
@@ -114,8 +115,8 @@ class Box(_Body):
         y: centre [m].
         angle: of the first side, from the x axis [rad].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: of a homogeneous box that can be pushed, > 0; None: fixed. The planar model only [kg].
-        height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
+        mass: of a homogeneous box that can be pushed, > 0; None: fixed [kg].
+        height: of the top face above the ground, > 0; None: without end, as with a mass. The spatial model only [m].
         ground_friction: as of a :class:`Circle`. It resists sliding and spin together, see docs/method.md. Only with a
             mass.
     """
@@ -144,8 +145,8 @@ class Polygon(_Body):
         vertices: three or more corners (x, y) in order, either way round [m]. Vertices that repeat their neighbour,
             close the ring or lie on a straight edge within round-off, a billionth of the polygon, are left out.
         friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: of a homogeneous polygon that can be pushed, > 0; None: fixed. The planar model only [kg].
-        height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
+        mass: of a homogeneous polygon that can be pushed, > 0; None: fixed [kg].
+        height: of the top face above the ground, > 0; None: without end, as with a mass. The spatial model only [m].
         ground_friction: as of a :class:`Circle`. It resists sliding and spin together, see docs/method.md. Only with a
             mass.
     """

@@ -233,6 +233,28 @@ def test_a_robot_on_a_height_field_moves_as_in_mujoco(friction, gait, seconds, a
     assert (difference < [apart, apart, heights_apart]).all(), difference
 
 
+def test_a_robot_pushes_a_box_in_3d_as_in_mujoco():
+    """Without friction; the side of an undulating robot meets the box off its centre and turns it."""
+    box = Box((0.15, 0.1), 0.7, -0.3, 0.3, mass=0.5, ground_friction=0.0)
+    scene, gait, controller = Scene(obstacles=[box], friction=(0.0, 0.0)), Gait(), PD(kp=40.0, kd=1.5)
+    options = {"gait": gait, "controller": controller, "start": Start(position=(0.2, 0.0), heading=0.0)}
+    fine = Integrator(precision="fine")
+    run = simulate(model="spatial", scene=scene, duration=0.7, sample=0.1, integrator=fine, **options)
+    model, data = loaded(scene, step=1e-4, **options)
+    body, places, turns = data.body("obstacle_1"), [], []
+    for _ in range(8):
+        places.append(body.xpos[:2].copy())
+        turns.append(np.arctan2(body.xmat[3], body.xmat[0]) - box.angle)
+        for _ in range(1000):
+            data.ctrl[:] = servo_targets(gait, data.time + 1e-4, controller)
+            mujoco.mj_step(model, data)
+        mujoco.mj_kinematics(model, data)
+    assert run.obstacle_position[-1, 0, 0] > box.x + 0.05
+    assert run.obstacle_angle[-1, 0] < -0.4
+    np.testing.assert_allclose(run.obstacle_position[:, 0], places, atol=1e-4)
+    np.testing.assert_allclose(run.obstacle_angle[:, 0], turns, atol=2e-3)
+
+
 def test_convex_bodies_and_poles_have_their_places():
     ramp = Polyhedron(vertices=[(1, -1, 0), (2, -1, 0), (2, 1, 0), (1, 1, 0), (2, -1, 0.4), (2, 1, 0.4)], friction=0.5)
     pole = Cylinder(start=(0.0, 1.0, 0.0), end=(0.3, 1.0, 1.0), radius=0.1)

@@ -11,7 +11,7 @@ from conftest import check_arrays
 
 import snake_env
 from snake_env import ConfigError, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, load_trajectory
-from snake_env.obstacles import Box, Circle, Polygon, Segment, is_movable
+from snake_env.obstacles import Box, Circle, Cylinder, Polygon, Segment, is_movable
 
 PUSHED = Circle(0.08, -0.2, 0.02, mass=0.5, ground_friction=0.3)
 FAR = Circle(0.05, 0.0, 5.0, mass=0.2)
@@ -23,6 +23,7 @@ AHEAD = Start(position=(0.0, 0.0), heading=0.0, posture="gait")
 CRATE = Box((0.15, 0.1), -0.2, 0.06, 0.3, mass=0.4, ground_friction=0.3)
 WEDGE = Polygon([(0.0, 3.0), (0.3, 3.0), (0.0, 3.2)], mass=0.3)
 BOXES = Scene(obstacles=[(0.1, 0.4, 0.6), CRATE, WEDGE], friction=(0.1, 0.6))
+POLE = Cylinder((3.0, 0.0, 0.1), (4.0, 0.0, 0.1), radius=0.05)
 
 
 def pushing(**options):
@@ -80,9 +81,14 @@ def test_scenes_with_discs_survive_files_and_know_where_they_are(tmp_path):
         (lambda: Polygon([(0, 0), (1, 0), (0.2, 0.2), (0, 1)], mass=1.0), "obstacle.vertices[2]"),
         (lambda: snake_env.simulate(scene=Scene(obstacles=[CRATE, replace(CRATE, x=-0.15)])), "scene.obstacles[1]"),
         (lambda: SnakeEnv(scene=Scene(obstacles=[CRATE, (0.1, -0.2, 0.2)]), start=AHEAD), "scene.obstacles[0]"),
-        (lambda: snake_env.simulate("spatial", scene=Scene(obstacles=[CRATE])), "scene.obstacles[0].mass"),
-        (lambda: snake_env.simulate("spatial", scene=HEAP), "scene.obstacles[1].mass"),
+        (lambda: Box((0.1, 0.1), 0.0, 0.0, mass=1.0, height=0.1), "obstacle.height"),
+        (lambda: snake_env.simulate("spatial", scene=Scene(obstacles=[CRATE, POLE])), "scene.obstacles[1]"),
+        (lambda: SnakeEnv(model="spatial", scene=Scene(obstacles=[POLE, CRATE]), start=AHEAD), "scene.obstacles[0]"),
         (lambda: snake_env.simulate(scene=ALONE, integrator=Integrator("thesis")), "scene.obstacles[0].mass"),
+        (
+            lambda: snake_env.simulate("spatial", scene=ALONE, integrator=Integrator("thesis")),
+            "scene.obstacles[0].mass",
+        ),
         (lambda: Scene(obstacles=[PUSHED], friction=(0.1, 0.6), friction_backward=0.3), "scene.friction_backward"),
     ],
 )
@@ -393,3 +399,61 @@ def test_boxes_slide_and_turn_as_in_mujoco():
     # MuJoCo's contacts are soft, and rebound a little.
     np.testing.assert_allclose(ours.obstacle_position, places, atol=1e-2)
     np.testing.assert_allclose(ours.obstacle_angle, turns, atol=4e-2)
+
+
+def test_trajectories_in_3d_have_what_is_pushed(tmp_path):
+    scene = Scene(obstacles=[(0.1, 0.4, 0.6), PUSHED, WEDGE, replace(YIELDS, x=-0.3, y=-0.3)], friction=(0.1, 0.6))
+    run = snake_env.simulate(
+        "spatial", scene=scene, start=AHEAD, duration=3.0, sample=0.1, record=["velocity", "obstacles"]
+    )
+    check_arrays(run, obstacle_position=(3, 2), obstacle_angle=(3,), obstacle_velocity=(3, 2), obstacle_force=(4, 3))
+    way = np.linalg.norm(run.obstacle_position[-1] - run.obstacle_position[0], axis=1)
+    assert way[0] > 0.05
+    assert way[1] == 0.0
+    np.testing.assert_allclose(run.obstacle_force.sum(axis=1), run.contact_force.sum(axis=1), atol=1e-9)
+    assert abs(run.obstacle_force[:, 1, 2]).max() == 0.0
+    assert run.max_penetration < 1e-3
+    assert not run.unconverged.any()
+    again = load_trajectory(run.save(tmp_path / "run.npz"))
+    np.testing.assert_array_equal(again.obstacle_position, run.obstacle_position)
+
+
+def test_environments_in_3d_have_what_is_pushed_in_state_observation_pictures_and_saved_states():
+    options = {"model": "spatial", "start": AHEAD, "start_jitter": 0.0, "observation": "dict"}
+    options["observation_blocks"] = ["pegs", "range"]
+    with closing(SnakeEnv(scene=BOXES, render_mode="rgb_array", **options)) as env:
+        first, _ = env.reset(seed=0)
+        picture = env.render()
+        for _ in range(60):
+            env.step(np.zeros(env.action_space.shape))
+        state = env.state()
+        assert np.linalg.norm(state.obstacle_position[0] - [CRATE.x, CRATE.y]) > 0.02
+        assert abs(state.obstacle_angle[0]) > 0.01
+        assert (env.render() != picture).any()
+        saved = env.get_state()
+        after = [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
+        env.reset(seed=1)
+        env.set_state(saved)
+        np.testing.assert_array_equal(env.state().obstacle_position, state.obstacle_position)
+        again = [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
+        for one, other in zip(after, again, strict=True):
+            for name, block in one.items():
+                np.testing.assert_array_equal(block, other[name])
+    fixed = Scene(obstacles=[BOXES.obstacles[0], replace(CRATE, mass=None, ground_friction=None)], friction=(0.1, 0.6))
+    with closing(SnakeEnv(scene=fixed, **options)) as env:
+        seen, _ = env.reset(seed=0)
+    for name in options["observation_blocks"]:
+        np.testing.assert_allclose(first[name], seen[name], atol=1e-6)
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_states_in_which_boxes_press_on_each_other_can_be_restored(model):
+    """Eight vertices describe the contact of two boxes."""
+    second = Box((0.15, 0.1), -0.41, 0.05, 0.05, mass=0.4, ground_friction=0.3)
+    scene = Scene(obstacles=[replace(CRATE, x=-0.25, y=0.03, angle=0.0), second], friction=(0.1, 0.6))
+    with closing(SnakeEnv(model=model, scene=scene, start=AHEAD, start_jitter=0.0)) as env:
+        env.reset(seed=0)
+        for _ in range(40):
+            env.step(np.zeros(env.action_space.shape))
+            env.set_state(env.get_state())
+        assert env.state().obstacle_position[1, 0] < second.x - 0.005

@@ -127,7 +127,7 @@ pub const CAPABILITIES: [Capability; 29] = {
             "vertical bodies",
             [Never, Implicit, Never],
         ),
-        row(Feature::Movables, "obstacles that can be pushed", "None", [Implicit, Never, Never]),
+        row(Feature::Movables, "obstacles that can be pushed", "None", [Implicit, Implicit, Never]),
         row(Feature::StribeckEffect, "the Stribeck effect", "0", [Always, Implicit, Never]),
         row(Feature::Patches, "patches of other friction", "()", [Implicit, Implicit, Never]),
         row(Feature::Skin, "friction that differs forward and backward", "None", [Implicit, Implicit, Never]),

@@ -9,6 +9,7 @@ pub use axes::{Axes, AxesConfig, OneJoint, of_axes};
 pub use motor::Motor;
 pub use per_axis::PerAxis;
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{ConfigError, finite, integer_in, length, length_or_zero, non_negative, positive, require, within};
@@ -160,6 +161,11 @@ pub struct Link {
 }
 
 impl Link {
+    /// Kinetic energy of motion (x, y, angle) in the plane \[J\].
+    pub fn energy_in_plane(&self, u: &Vector3<f64>) -> f64 {
+        0.5 * (self.mass * (u.x * u.x + u.y * u.y) + self.inertia * u.z * u.z)
+    }
+
     /// Distances of the CG from the joint in front of the link and from that behind it \[m\].
     pub fn arms(&self) -> [f64; 2] {
         [0.5 * self.length - self.cg_offset, 0.5 * self.length + self.cg_offset]

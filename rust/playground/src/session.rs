@@ -9,8 +9,7 @@ use snake_core::ConfigError;
 use snake_core::environment::action::ActionEntry;
 use snake_core::environment::signal::{SignalInfo, signals_of};
 use snake_core::environment::{EnvConfig, Environment, ModelKind, Outcome};
-use snake_core::obstacles::{Obstacle, ObstacleGrid, Peg, Shape, Spring};
-use snake_core::planar::Moved;
+use snake_core::obstacles::{Moved, Obstacle, ObstacleGrid, Peg, Shape, Spring};
 use snake_core::robot::Robot;
 
 use crate::policy::Policy;

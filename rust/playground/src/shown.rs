@@ -2,7 +2,8 @@
 
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use snake_core::environment::{PlanarRobot, RobotModel, SpatialRobot};
-use snake_core::planar::Moved;
+use snake_core::obstacles::Moved;
+use snake_core::stepping::RobotState;
 
 /// A robot model that the page can show.
 pub trait Shown: RobotModel {
@@ -18,9 +19,9 @@ pub trait Shown: RobotModel {
     /// Torques of the actuators, in 3D yaw and pitch of each joint \[N m\].
     fn joint_torque(&self) -> Vec<f64>;
 
-    /// The obstacles that can be pushed, in the order of the scene; there are none in 3D.
+    /// The obstacles that can be pushed, in the order of the scene.
     fn movables_mut(&mut self) -> &mut [Moved] {
-        &mut []
+        self.simulation_mut().body_mut().state.movables_mut()
     }
 
     /// Ends of the centre line of a link, seen from above \[m\].
@@ -50,10 +51,6 @@ impl Shown for PlanarRobot {
 
     fn joint_torque(&self) -> Vec<f64> {
         self.simulation.joint_torque().to_vec()
-    }
-
-    fn movables_mut(&mut self) -> &mut [Moved] {
-        &mut self.simulation.body_mut().state.movables
     }
 }
 

@@ -88,12 +88,7 @@ impl<S: Scheme<Planar>> Scripted for PlanarRobot<S> {
         samples.put("joint_angle", &[links - 1], (0..links - 1).map(|joint| state.joint_angle(joint)));
         samples.put("joint_torque", &[links - 1], self.simulation.joint_torque().iter().copied());
         samples.put("energy", &[], [self.simulation.energy()]);
-        let moved = || self.simulation.movables().map(|(_, moved)| moved);
-        let count = moved().count();
-        if count > 0 {
-            samples.put("obstacle_position", &[count, 2], moved().flat_map(|moved| [moved.pose.x, moved.pose.y]));
-            samples.put("obstacle_angle", &[count], moved().map(|moved| moved.pose.z));
-        }
+        samples.put_movables(&state.movables);
     }
 
     fn write_velocity(&mut self, samples: &mut Samples) {
@@ -101,10 +96,7 @@ impl<S: Scheme<Planar>> Scripted for PlanarRobot<S> {
         samples.put("velocity", &[links, 2], state.twist.iter().flat_map(|u| [u.x, u.y]));
         samples.put("angular_velocity", &[links], state.twist.iter().map(|u| u.z));
         samples.put("joint_rate", &[links - 1], (0..links - 1).map(|joint| state.joint_rate(joint)));
-        let moved = || self.simulation.movables().map(|(_, moved)| moved);
-        if moved().next().is_some() {
-            samples.put("obstacle_velocity", &[moved().count(), 2], moved().flat_map(|one| [one.twist.x, one.twist.y]));
-        }
+        samples.put_movable_velocities(&state.movables);
     }
 
     fn layout(&self) -> Layout {

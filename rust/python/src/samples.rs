@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use snake_core::obstacles::Moved;
 
 use crate::numbers::set_array;
 
@@ -34,6 +35,23 @@ impl Samples {
         });
         self.columns[k].rows += 1;
         self.columns[k].values.extend(row);
+    }
+
+    /// Adds where obstacles that can be pushed are, if there are any.
+    pub fn put_movables(&mut self, movables: &[Moved]) {
+        if !movables.is_empty() {
+            let places = movables.iter().flat_map(|moved| [moved.pose.x, moved.pose.y]);
+            self.put("obstacle_position", &[movables.len(), 2], places);
+            self.put("obstacle_angle", &[movables.len()], movables.iter().map(|moved| moved.pose.z));
+        }
+    }
+
+    /// And how fast they move.
+    pub fn put_movable_velocities(&mut self, movables: &[Moved]) {
+        if !movables.is_empty() {
+            let velocities = movables.iter().flat_map(|moved| [moved.twist.x, moved.twist.y]);
+            self.put("obstacle_velocity", &[movables.len(), 2], velocities);
+        }
     }
 
     /// Memory of all columns.

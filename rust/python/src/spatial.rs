@@ -96,6 +96,7 @@ impl<S: Scheme<Spatial>> Scripted for SpatialRobot<S> {
         samples.put("joint_angle", &robot.joint_shape(), joint_angle);
         samples.put("joint_torque", &robot.joint_shape(), robot.of_axes(torques));
         samples.put("energy", &[], [self.simulation.energy()]);
+        samples.put_movables(&self.simulation.state().movables);
     }
 
     fn write_velocity(&mut self, samples: &mut Samples) {
@@ -107,6 +108,7 @@ impl<S: Scheme<Spatial>> Scripted for SpatialRobot<S> {
         samples.put("velocity", &[links, 3], state.twist.iter().flat_map(|u| [u[0], u[1], u[2]]));
         samples.put("angular_velocity", &[links, 3], turning);
         samples.put("joint_rate", &robot.joint_shape(), rates);
+        samples.put_movable_velocities(&state.movables);
     }
 
     fn layout(&self) -> Layout {

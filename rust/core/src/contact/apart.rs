@@ -1,4 +1,4 @@
-//! Obstacles that can be pushed start outside of all others.
+//! Obstacles that can be pushed start outside of all others, and among vertical ones.
 
 use nalgebra::Vector2;
 
@@ -10,8 +10,14 @@ use super::{PlacedLink, link_pair_gap, obstacle_gap};
 /// Checks the start of a scene.
 ///
 /// # Errors
-/// Names an obstacle that can be pushed and starts inside another one.
+/// Names an obstacle that can be pushed and starts inside another one, or one that it could not be pushed against.
 pub fn require_apart(obstacles: &ObstacleGrid) -> Result<(), ConfigError> {
+    let is_leaning = |obstacle: &usize| obstacles.body(*obstacle).is_some() && !obstacles.movables().is_empty();
+    if let Some(body) = (0..obstacles.len()).find(is_leaning) {
+        let field = format!("scene.obstacles[{}]", obstacles.index_in_scene(body));
+        let expected = "a vertical obstacle: what can be pushed stands on level ground and meets no others";
+        return Err(ConfigError::new(&field, "a height field, polyhedron or cylinder", expected.to_owned()));
+    }
     for (k, movable) in obstacles.movables().iter().enumerate() {
         let own = at_start(movable);
         let to_others = obstacles.movables()[..k].iter().map(|other| link_pair_gap([&at_start(other), &own]));

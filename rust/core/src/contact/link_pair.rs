@@ -5,9 +5,11 @@
 //! line, at most four contacts. Each is a convex function of the relative translation of the links, like the distance
 //! of a link to a peg, so that its tangent plane never overestimates it.
 
+use std::ops::Range;
+
 use nalgebra::{Vector2, Vector3};
 
-use crate::obstacles::{CentreLine, Node};
+use crate::obstacles::{CentreLine, Node, ObstacleGrid};
 
 use super::gap::lever;
 use super::outline::{features_of_pair, outline_pair_contact};
@@ -76,9 +78,20 @@ pub fn movable_contacts<'a>(
     links: [&'a PlacedLink<'a>; 2],
     margin: f64,
 ) -> impl Iterator<Item = (usize, LinkPairContact)> + 'a {
-    let features = features_of_pair(links).unwrap_or(CENTRE..CENTRE + 1);
-    let contacts = features.map(move |feature| (feature, link_pair_contact(links, feature)));
+    let contacts = movable_features(links).map(move |feature| (feature, link_pair_contact(links, feature)));
     contacts.filter(move |(_, contact)| contact.gap < margin)
+}
+
+/// The features that describe a pair of which the second can be pushed.
+pub fn movable_features(links: [&PlacedLink; 2]) -> Range<usize> {
+    features_of_pair(links.map(|link| link.link.outline)).unwrap_or(CENTRE..CENTRE + 1)
+}
+
+/// The number of features that describe a pair of a robot of `links` links and what it can push; `of_links` describe two
+/// links, or a link and a disc.
+pub fn pair_features(pair: [usize; 2], links: usize, obstacles: &ObstacleGrid, of_links: usize) -> usize {
+    let outline = |node: usize| obstacles.movables().get(node.checked_sub(links)?)?.outline.as_deref();
+    features_of_pair(pair.map(outline)).map_or(of_links, |features| features.end)
 }
 
 /// Coordinates along both centre lines of an end of one and the nearest point of the other.
@@ -99,7 +112,7 @@ pub fn link_pair_gap(links: [&PlacedLink; 2]) -> f64 {
     if centre_lines_cross(links) {
         return -(links[0].link.radius + links[1].link.radius);
     }
-    let features = features_of_pair(links).unwrap_or(0..4);
+    let features = features_of_pair(links.map(|link| link.link.outline)).unwrap_or(0..4);
     features.map(|end| link_pair_contact(links, end).gap).fold(f64::INFINITY, f64::min)
 }
 

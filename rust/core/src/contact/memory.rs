@@ -3,6 +3,10 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::obstacles::ObstacleGrid;
+
+use super::pair_features;
+
 /// What a link is in contact with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Source {
@@ -40,14 +44,17 @@ impl ContactId {
         }
     }
 
-    /// Whether it is of a robot of `links` links, `nodes` with what it can push, among `obstacles` obstacles; `features`
-    /// describe two links.
-    pub fn fits(&self, [links, nodes]: [usize; 2], obstacles: usize, features: usize) -> bool {
+    /// Whether it is of a robot of `links` links among these obstacles, with what it can push of them; `features` describe
+    /// two links.
+    pub fn fits(&self, links: usize, obstacles: &ObstacleGrid, features: usize) -> bool {
+        let nodes = links + obstacles.movables().len();
         match self.with {
-            Source::Obstacle(obstacle) | Source::Top(obstacle) => self.link < nodes && obstacle < obstacles,
+            Source::Obstacle(obstacle) | Source::Top(obstacle) => self.link < nodes && obstacle < obstacles.total(),
             Source::Link(second) => {
                 let is_pair = self.link < if second < links { second.saturating_sub(1) } else { second };
-                second < nodes && is_pair && self.feature < features
+                second < nodes
+                    && is_pair
+                    && self.feature < pair_features([self.link, second], links, obstacles, features)
             }
             Source::Fixture(_) => self.link < links,
         }
@@ -124,7 +131,7 @@ impl ContactMemory {
     }
 
     /// Whether all contacts fit, see [`ContactId::fits`].
-    pub fn fits(&self, links: [usize; 2], obstacles: usize, features: usize) -> bool {
+    pub fn fits(&self, links: usize, obstacles: &ObstacleGrid, features: usize) -> bool {
         self.known.iter().all(|(id, _)| id.fits(links, obstacles, features))
     }
 }

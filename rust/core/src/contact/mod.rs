@@ -24,8 +24,8 @@ pub use gap::{
 };
 pub use link_pair::{
     LINK_CONTACTS_PER_LINK, LINK_PAIR_CONTACTS, LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact,
-    link_pair_contacts, link_pair_gap, movable_contacts,
+    link_pair_contacts, link_pair_gap, movable_contacts, movable_features, pair_features,
 };
 pub use memory::{ContactId, ContactMemory, KnownContact, Source};
 pub use near::{NearObstacles, NearPair, PAIRS_PER_LINK, clear_way};
-pub use self_search::{self_gap, visit_close_pairs};
+pub use self_search::{self_gap, visit_close_pairs, visit_movable_pairs};

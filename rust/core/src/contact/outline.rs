@@ -93,8 +93,8 @@ fn touch_polygon(first: &PlacedOutline, second: &PlacedOutline, feature: usize) 
 }
 
 /// The features that describe a pair with a polygon.
-pub fn features_of_pair([first, second]: [&PlacedLink; 2]) -> Option<Range<usize>> {
-    let features = match (first.link.outline, second.link.outline) {
+pub fn features_of_pair([first, second]: [Option<&ConvexPolygon>; 2]) -> Option<Range<usize>> {
+    let features = match (first, second) {
         (None, None) => return None,
         (Some(one), Some(other)) => one.vertices().len() + other.vertices().len(),
         (None, Some(one)) | (Some(one), None) => one.features(),

@@ -1,7 +1,8 @@
-//! Which links of a robot may touch each other: a search that skips along the chain.
+//! Which links of a robot may touch each other, a search that skips along the chain, and what it can push.
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::{SVector, Vector2, Vector3};
 
+use crate::obstacles::Nodes;
 use crate::robot::Link;
 
 use super::link_pair::{PlacedLink, link_pair_gap};
@@ -48,4 +49,23 @@ pub fn self_gap(links: &[Link], poses: &[Vector3<f64>], margin: f64) -> f64 {
         },
     );
     smallest
+}
+
+/// Visits the pairs that may be within `margin` of each other of nodes at these places and, behind them, something that can be
+/// pushed.
+pub fn visit_movable_pairs(
+    nodes: Nodes,
+    place: impl Fn(usize) -> Vector2<f64>,
+    margin: f64,
+    mut visit: impl FnMut(usize, usize),
+) {
+    for second in nodes.links.len()..nodes.count() {
+        let (movable, at) = (nodes.get(second), place(second));
+        for first in 0..second {
+            let reach = nodes.get(first).reach() + movable.reach() + margin;
+            if (place(first) - at).norm_squared() < reach * reach {
+                visit(first, second);
+            }
+        }
+    }
 }

@@ -180,6 +180,8 @@ impl Obstacle {
             )?;
             let smooth = "0 with a mass: links slide along what they push without friction";
             require(self.friction == 0.0, "friction", self.friction, smooth)?;
+            let height = self.height.unwrap_or_default();
+            require(self.height.is_none(), "height", height, "None with a mass: what can be pushed has no end above")?;
         }
         if let Some(spring) = &self.spring {
             spring.validate()?;

@@ -2,8 +2,11 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Body, ConvexPolygon, HeightField, Movable, Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid};
+use super::{
+    Body, ConvexPolygon, HeightField, Movable, Nodes, Obstacle, Outline, Peg, Rectangle, Shape, Solid, WallGrid,
+};
 use crate::error::FARTHEST;
+use crate::robot::Link;
 
 /// Pegs sorted into square cells, and walls beside them; replacing the pegs re-uses memory.
 ///
@@ -109,6 +112,11 @@ impl ObstacleGrid {
     /// The obstacles that can be pushed, in the order of the scene.
     pub fn movables(&self) -> &[Movable] {
         &self.movables
+    }
+
+    /// The links of a robot, and behind them what it can push.
+    pub fn nodes<'a>(&'a self, links: &'a [Link]) -> Nodes<'a> {
+        Nodes { links, movables: &self.movables }
     }
 
     /// Number of obstacles that are fixed.

@@ -75,6 +75,18 @@ impl Movable {
         }
     }
 
+    /// Semi-axes of the [limit surface](crate::laws::LimitSurface) of its friction where gravity presses it on the ground:
+    /// force along and across it, and moment \[N\], \[N m\].
+    pub fn friction(&self, normal_gravity: f64) -> Vector3<f64> {
+        let force = self.ground_friction * self.link.mass * normal_gravity;
+        Vector3::new(force, force, force * self.spin_lever)
+    }
+
+    /// Farthest point of its outline that turning takes elsewhere: none of a disc \[m\].
+    pub fn turning_reach(&self) -> f64 {
+        self.outline.as_ref().map_or(0.0, |_| self.link.reach())
+    }
+
     /// How far it may be from its start; infinitely far without a stop \[m\].
     pub fn travel(&self) -> f64 {
         self.spring.and_then(|spring| spring.travel).unwrap_or(f64::INFINITY)
@@ -88,6 +100,27 @@ impl Movable {
     /// Energy of the spring at a place \[J\].
     pub fn spring_energy(&self, place: &Vector2<f64>) -> f64 {
         self.spring.map_or(0.0, |spring| 0.5 * spring.stiffness * self.deflection(place).norm_squared())
+    }
+}
+
+/// Where something that can be pushed is, and how it moves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Moved {
+    /// (x, y, theta) of its centre, the angle from its start \[m\], \[rad\].
+    pub pose: Vector3<f64>,
+    /// \[m/s\], \[rad/s\]
+    pub twist: Vector3<f64>,
+}
+
+impl Moved {
+    /// At rest where it lies at first.
+    pub fn at_start(movable: &Movable) -> Self {
+        Self { pose: Vector2::from(movable.start).push(0.0), twist: Vector3::zeros() }
+    }
+
+    /// \[J\]
+    pub fn kinetic_energy(&self, movable: &Movable) -> f64 {
+        movable.link.energy_in_plane(&self.twist)
     }
 }
 

@@ -5,6 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
 use crate::contact::{
     LinkPairContact, PlacedLink, centre_lines_cross, link_pair_contact, link_pair_contacts, movable_contacts,
+    visit_movable_pairs,
 };
 use crate::math::{Laned, Real};
 use crate::obstacles::Nodes;
@@ -75,25 +76,6 @@ impl<T: Real> StageKinematics<'_, T> {
         let row = move |direction: [Vector3<f64>; 2], offset: f64| StagePair { links: pair, direction, offset };
         let offset = offset(plane.gap, travelled, depth, self.coefficient, self.elapsed);
         (row(plane.direction, offset), move || row(plane.tangent(&axis, &radius), 0.0))
-    }
-}
-
-/// Visits the pairs that may be within `margin` of each other of nodes at these places and, behind them, something that can be
-/// pushed.
-pub fn visit_movable_pairs(
-    nodes: Nodes,
-    place: impl Fn(usize) -> Vector2<f64>,
-    margin: f64,
-    mut visit: impl FnMut(usize, usize),
-) {
-    for second in nodes.links.len()..nodes.count() {
-        let (movable, at) = (nodes.get(second), place(second));
-        for first in 0..second {
-            let reach = nodes.get(first).reach() + movable.reach() + margin;
-            if (place(first) - at).norm_squared() < reach * reach {
-                visit(first, second);
-            }
-        }
     }
 }
 

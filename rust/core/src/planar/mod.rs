@@ -38,12 +38,11 @@ pub use heading::Heading;
 pub use inverse_dynamics::{Composite, InverseDynamics, LinkInertia, LinkMotion, own_inertia};
 pub use kinematics::{assemble_chain, close_joints, joint_gap, largest_joint_gap, mean_twist, travel};
 pub use lane_fallback::observe_hard_stages;
-pub use link_pairs::visit_movable_pairs;
 pub use model::{Body, Fleet, Planar, Scripted};
 pub use solver::{Descent, Fallback, InteriorPoint, Newton};
 pub use stage::{
     Stage, StageContact, StageJoint, StageLink, StageObstacleFriction, StagePair, StagePairFriction, StageSolution,
 };
-pub use state::{Moved, PlanarState, Pose, Twist, is_plausible, link_energy};
+pub use state::{PlanarState, Pose, Twist, is_plausible};
 pub use system::PlanarSystem;
 pub use warm_start::WarmStart;

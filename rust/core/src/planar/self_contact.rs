@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::contact::{
     ClosePairs, ContactId, Folding, FoldingBound, KnownContact, LINK_CONTACTS_PER_LINK, LinkPairContact, PlacedLink,
-    link_pair_contact, link_pair_gap, visit_close_pairs,
+    link_pair_contact, link_pair_gap, visit_close_pairs, visit_movable_pairs,
 };
 use crate::math::{Laned, Mask, Real};
 use crate::obstacles::Nodes;
@@ -12,7 +12,7 @@ use crate::robot::Robot;
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::{ContactImpulse, Driven, FoundFriction, FoundRows, Members, SolvedRows};
 
-use super::link_pairs::{place_in_lane, visit_movable_pairs};
+use super::link_pairs::place_in_lane;
 use super::workspace::{Motion, Workspace};
 use super::{Planar, StagePair};
 

@@ -2,8 +2,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::math::{Mask, Real};
-use crate::obstacles::Movable;
-use crate::robot::{Link, Robot};
+use crate::obstacles::Moved;
+use crate::robot::Robot;
 use crate::stepping::{MAX_RATE, MAX_SPEED, RobotState};
 
 /// q_i = (x, y, theta): position of a link's CG \[m\] and absolute angle \[rad\] (T 3.4).
@@ -24,17 +24,10 @@ pub struct PlanarState {
     pub movables: Vec<Moved>,
 }
 
-/// Where an obstacle is, and how it moves.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Moved {
-    pub pose: Pose,
-    pub twist: Twist,
-}
-
 impl PlanarState {
     /// Kinetic energy of all links \[J\].
     pub fn kinetic_energy(&self, robot: &Robot) -> f64 {
-        robot.links.iter().zip(&self.twist).map(|(link, u)| link_energy(link, u)).sum()
+        robot.links.iter().zip(&self.twist).map(|(link, u)| link.energy_in_plane(u)).sum()
     }
 
     /// phi_i = theta_{i+1} - theta_i (T 3.52) \[rad\].
@@ -48,20 +41,17 @@ impl PlanarState {
     }
 }
 
-/// Kinetic energy of a link \[J\].
-pub fn link_energy(link: &Link, u: &Twist) -> f64 {
-    0.5 * (link.mass * (u.x * u.x + u.y * u.y) + link.inertia * u.z * u.z)
-}
-
 impl RobotState for PlanarState {
     fn zero(links: usize) -> Self {
         Self { time: 0.0, pose: vec![Pose::zeros(); links], twist: vec![Twist::zeros(); links], movables: Vec::new() }
     }
 
-    fn place_movables(&mut self, movables: &[Movable]) {
-        self.movables.clear();
-        let at_rest = |start: [f64; 2]| Moved { pose: Pose::new(start[0], start[1], 0.0), twist: Twist::zeros() };
-        self.movables.extend(movables.iter().map(|movable| at_rest(movable.start)));
+    fn movables(&self) -> &[Moved] {
+        &self.movables
+    }
+
+    fn movables_mut(&mut self) -> &mut Vec<Moved> {
+        &mut self.movables
     }
 
     fn copy_from(&mut self, other: &Self) {
@@ -89,8 +79,7 @@ impl RobotState for PlanarState {
     }
 
     fn is_plausible(&self) -> bool {
-        let is_one = |moved: &Moved| is_plausible(&[moved.pose], &[moved.twist]);
-        is_plausible(&self.pose, &self.twist) && self.movables.iter().all(is_one)
+        is_plausible(&self.pose, &self.twist) && self.movables.iter().all(Moved::is_plausible)
     }
 }
 

@@ -97,7 +97,7 @@ impl PlanarSystem {
 
     /// The links, and behind them what can be pushed.
     pub fn nodes<'a>(&'a self, obstacles: &'a ObstacleGrid) -> Nodes<'a> {
-        Nodes { links: &self.robot.links, movables: obstacles.movables() }
+        obstacles.nodes(&self.robot.links)
     }
 
     /// Radius of the thinnest link \[m\].

@@ -86,6 +86,6 @@ impl stepping::WarmStart for WarmStart {
             && saved.backlash.len() == links - 1
             && [0, links - 1].contains(&saved.gear_friction.len())
             && saved.near.fits(nodes, obstacles)
-            && saved.self_contacts.fits([links, nodes], obstacles.len(), LINK_PAIR_CONTACTS)
+            && saved.self_contacts.fits(links, obstacles, LINK_PAIR_CONTACTS)
     }
 }

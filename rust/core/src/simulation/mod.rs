@@ -8,17 +8,18 @@ pub use planar::{PlanarSimulation, PlanarSnapshot};
 pub use scheme::{Scheme, SchemeConfig};
 pub use spatial::{SpatialSimulation, SpatialSnapshot};
 
+use std::ops::Add;
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::capabilities::{Feature, ModelName, require_supported};
-use crate::contact::require_apart;
+use crate::contact::{obstacle_gap, require_apart};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::gait::Reference;
-use crate::obstacles::{ObstacleGrid, Peg};
+use crate::obstacles::{Movable, Moved, ObstacleGrid, Peg};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
 use crate::stepping::{
@@ -194,6 +195,34 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
     /// What has been recorded since it was last cleared.
     pub fn record_mut(&mut self) -> Option<&mut Record> {
         self.body.record.as_deref_mut()
+    }
+
+    /// The obstacles that can be pushed, and where they are.
+    pub fn movables(&self) -> impl Iterator<Item = (&Movable, &Moved)> + Clone {
+        self.body.obstacles.movables().iter().zip(self.body.state.movables())
+    }
+
+    /// Kinetic energy of what can be pushed \[J\].
+    fn kinetic_energy_of_movables(&self) -> f64 {
+        self.movables().map(|(movable, moved)| moved.kinetic_energy(movable)).fold(0.0, f64::add)
+    }
+
+    /// Energy of its springs, and its potential energy under this acceleration along the ground \[J\].
+    fn potential_of_movables(&self, pull: &Vector2<f64>) -> f64 {
+        let potential = |(movable, moved): (&Movable, &Moved)| {
+            let place = moved.pose.xy();
+            movable.spring_energy(&place) - movable.link.mass * pull.dot(&place)
+        };
+        self.movables().map(potential).fold(0.0, f64::add)
+    }
+
+    /// Smallest gap of what can be pushed to a fixed obstacle or to its stop \[m\]; infinite without any nearby.
+    fn gap_of_movables(&self) -> f64 {
+        let gap = |(movable, moved): (&Movable, &Moved)| {
+            let to_stop = movable.travel() - movable.deflection(&moved.pose.xy()).norm();
+            to_stop.min(obstacle_gap(&moved.pose, movable, &self.body.obstacles))
+        };
+        self.movables().map(gap).fold(f64::INFINITY, f64::min)
     }
 
     fn clear_memory(&mut self) {

@@ -1,13 +1,9 @@
-use std::ops::Add;
-
 use crate::capabilities::ModelName;
-use crate::contact::{PlacedLink, link_pair_gap, obstacle_gap, self_gap};
+use crate::contact::{PlacedLink, link_pair_gap, obstacle_gap, self_gap, visit_movable_pairs};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
-use crate::obstacles::{Movable, Patches};
-use crate::planar::{
-    Moved, Planar, PlanarSystem, Pose, Twist, assemble_chain, largest_joint_gap, link_energy, visit_movable_pairs,
-};
+use crate::obstacles::Patches;
+use crate::planar::{Planar, PlanarSystem, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::stepping::Body;
@@ -56,15 +52,9 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
     pub fn kinetic_energy(&self) -> f64 {
         let (robot, state) = (&self.system.robot, &self.body.state);
         let rates = (0..robot.joint_count()).map(|joint| state.joint_rate(joint));
-        let moved = self.movables().map(|(movable, moved)| link_energy(&movable.link, &moved.twist));
         self.body.parameters.mass * state.kinetic_energy(robot)
             + robot.rotor_energy(1, rates)
-            + moved.fold(0.0, |sum, one| sum + one)
-    }
-
-    /// The obstacles that can be pushed, and where they are.
-    pub fn movables(&self) -> impl Iterator<Item = (&Movable, &Moved)> + Clone {
-        self.body.obstacles.movables().iter().zip(&self.body.state.movables)
+            + self.kinetic_energy_of_movables()
     }
 
     /// Kinetic and potential energy, the latter zero with every CG at the height of the origin and springs slack \[J\].
@@ -72,11 +62,7 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
         let pull = self.system.pull();
         let links = self.system.robot.links.iter().zip(&self.body.state.pose);
         let work = links.map(|(link, pose)| link.mass * pull.dot(&pose.xy())).sum::<f64>();
-        let potential = |(movable, moved): (&Movable, &Moved)| {
-            let place = moved.pose.xy();
-            movable.spring_energy(&place) - movable.link.mass * pull.dot(&place)
-        };
-        self.kinetic_energy() - self.body.parameters.mass * work + self.movables().map(potential).fold(0.0, f64::add)
+        self.kinetic_energy() - self.body.parameters.mass * work + self.potential_of_movables(&pull)
     }
 
     /// Smallest gap now of a link to an obstacle, or of an obstacle that can be pushed to another or to its stop \[m\];
@@ -92,10 +78,7 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
             Some(pose) => *pose,
             None => state.movables[node - state.pose.len()].pose,
         };
-        for (moved, movable) in state.movables.iter().zip(nodes.movables) {
-            smallest = smallest.min(obstacle_gap(&moved.pose, movable, obstacles));
-            smallest = smallest.min(movable.travel() - movable.deflection(&moved.pose.xy()).norm());
-        }
+        smallest = smallest.min(self.gap_of_movables());
         visit_movable_pairs(
             nodes,
             |node| pose(node).xy(),

@@ -7,7 +7,7 @@ use crate::robot::Robot;
 use crate::scene::Scene;
 use crate::spatial::{
     End, LinkAxis, Pose, Spatial, SpatialSystem, StackedTwist, assemble_chain, axis_angles, axis_rates, ground_gap,
-    largest_joint_gap, obstacle_gap, rest_on, self_gap,
+    largest_joint_gap, movable_gap, obstacle_gap, rest_on, self_gap,
 };
 use crate::stepping::Body;
 
@@ -40,6 +40,7 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
         state.time = 0.0;
         state.twist.fill(StackedTwist::zeros());
         assemble_chain(&self.system.robot, head, joint_angle, &mut state.pose);
+        self.place_movables();
         self.clear_memory();
     }
 
@@ -76,7 +77,10 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
         let Body { state, warm_start, .. } = &self.body;
         let (robot, mass) = (&self.system.robot, self.body.parameters.mass);
         let rotors = robot.rotor_energy(2, warm_start.velocity.rate.iter().flatten().copied());
-        mass * (state.kinetic_energy(robot) + state.potential_energy(robot, &self.system.gravity)) + rotors
+        mass * (state.kinetic_energy(robot) + state.potential_energy(robot, &self.system.gravity))
+            + rotors
+            + self.kinetic_energy_of_movables()
+            + self.potential_of_movables(&self.system.gravity.xy())
     }
 
     /// Smallest distance of links that are not neighbours now \[m\], negative where they overlap; infinite where none are
@@ -85,10 +89,11 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
         self_gap(&self.system.robot.links, &self.body.state.pose)
     }
 
-    /// Smallest gap of a link to the ground or an obstacle now \[m\].
+    /// Smallest gap of a link to the ground or an obstacle now, or of one that can be pushed to another or to its stop \[m\].
     pub fn min_gap(&self) -> f64 {
         let Body { state, obstacles, .. } = &self.body;
-        let mut smallest = f64::INFINITY;
+        let nodes = obstacles.nodes(&self.system.robot.links);
+        let mut smallest = self.gap_of_movables().min(movable_gap(nodes, state));
         for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
             let at = LinkAxis::of(pose);
             for end in End::BOTH {

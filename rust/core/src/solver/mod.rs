@@ -14,6 +14,7 @@ mod low_rank;
 mod motor_term;
 mod outcome;
 mod ray_search;
+mod surface_term;
 
 pub(crate) use actuator_term::ActuatorTerm;
 pub use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
@@ -29,3 +30,4 @@ pub(crate) use low_rank::{Coupling, EliminatedChain, LinkStep, LowRank};
 pub(crate) use motor_term::MotorTerm;
 pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unsolved, residual_limit};
 pub use ray_search::{NearestKink, Ray, Search, add, step_length};
+pub(crate) use surface_term::SurfaceTerm;

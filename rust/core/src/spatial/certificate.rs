@@ -42,8 +42,14 @@ pub fn certify<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Certif
     let zero = T::zero();
     let mut certificate = Certificate { balance: zero, joint: zero, normal: zero, friction: zero, actuator: zero };
     let mut squared_friction = zero;
-    for i in 0..stage.links.len() {
+    for i in 0..stage.chain() {
         verify_ground(stage, solution, i, &mut certificate, &mut squared_friction);
+    }
+    for (i, (axes, impulse)) in (stage.chain()..).zip(stage.surfaces.iter().zip(&solution.surface)) {
+        let (link, x) = (&stage.links[i], &solution.twist[i]);
+        let twist = Vector3::new(x.linear.x, x.linear.y, x.angular.z);
+        let violation = judge::limit_surface(axes, &twist, impulse, link.mass, link.half_length).squared;
+        squared_friction = worse(squared_friction, violation / (link.mass * link.mass));
     }
     verify_obstacle_friction(stage, solution, &mut squared_friction);
     certificate.friction = squared_friction.sqrt();
@@ -162,21 +168,23 @@ fn verify_balance<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, certif
     let zero = T::zero();
     let none = Vector3::new(zero, zero, zero);
     let (mut force, mut moment) = (none, none);
-    let last = stage.links.len() - 1;
+    let last = stage.chain() - 1;
     for (i, link) in stage.links.iter().enumerate() {
-        if i > 0 {
+        if i > last {
+            (force, moment) = (none, none);
+        } else if i > 0 {
             moment = plus(&moment, &vector(&joint_point(link, -1.0), &force));
         }
         let mobility = Mobility::of(link.mass, link.inertia, link.half_length);
         let (own, about_centre) = missing(stage, solution, i);
         force = plus(&force, &own);
         moment = plus(&moment, &about_centre);
-        if i == last {
+        if i >= last {
             let worst = scalar(&force, &force).sqrt() * mobility.force;
             certificate.balance = worse(certificate.balance, worst);
             let turning = scalar(&moment, &moment).sqrt() * mobility.end;
             certificate.balance = worse(certificate.balance, turning);
-            break;
+            continue;
         }
         // About the joint behind the link.
         moment = minus(&moment, &vector(&joint_point(link, 1.0), &force));
@@ -205,14 +213,21 @@ fn missing<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> 
     let mut force = minus(&times(&u.linear, link.mass), &link.momentum.linear);
     let turning = plus(&times(&u.angular, link.inertia), &times(&link.axes[2], spin));
     let mut moment = minus(&turning, &link.momentum.angular);
-    for end in 0..2 {
-        let p = &solution.friction[i][end];
-        let impulse = Vector3::new(t.x * p.x - t.y * p.y, t.y * p.x + t.x * p.y, solution.normal[i][end]);
-        force = minus(&force, &impulse);
-        moment = minus(&moment, &vector(&lowest_point(link, end), &impulse));
+    let chain = stage.chain();
+    if i < chain {
+        for end in 0..2 {
+            let p = &solution.friction[i][end];
+            let impulse = Vector3::new(t.x * p.x - t.y * p.y, t.y * p.x + t.x * p.y, solution.normal[i][end]);
+            force = minus(&force, &impulse);
+            moment = minus(&moment, &vector(&lowest_point(link, end), &impulse));
+        }
+        let rolling = &solution.rolling[i];
+        moment = minus(&moment, &Vector3::new(link.radius * rolling.y, -(link.radius * rolling.x), T::zero()));
+    } else {
+        let friction = &solution.surface[i - chain];
+        force = minus(&force, &Vector3::new(friction.x, friction.y, T::zero()));
+        moment = minus(&moment, &Vector3::new(T::zero(), T::zero(), friction.z));
     }
-    let rolling = &solution.rolling[i];
-    moment = minus(&moment, &Vector3::new(link.radius * rolling.y, -(link.radius * rolling.x), T::zero()));
     for (contact, &impulse) in stage.contacts.iter().zip(&solution.contact) {
         if contact.link == i {
             force = minus(&force, &times(&contact.direction.linear, impulse));

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::{CAPSULE_CONTACTS, ContactMemory};
 use crate::gait::CardanTarget;
 use crate::math::{Real, read_lane, write_lane};
-use crate::obstacles::ObstacleGrid;
+use crate::obstacles::{Moved, ObstacleGrid};
 use crate::robot::{Axes, Robot};
 use crate::spatial::{
     ChainShape, ChainVelocity, Configuration, Frame, Momentum, Pose, SpatialState, StackedTwist, Twist, axis_angles,
@@ -23,6 +23,8 @@ pub struct ChainState {
     /// Momentum of each link, and angular momentum about its CG, frame I: exchanged by the joints and conserved.
     pub momentum: Vec<Momentum>,
     pub forces: GroundForces,
+    /// Of friction on what can be pushed: force and moment, frame I \[N\], \[N m\].
+    pub surface: Vec<Vector3<f64>>,
     /// Whether the ground carried the ends of each link at the end of the last accepted step.
     pub stands: Vec<[bool; 2]>,
     /// With obstacles and of the robot with itself, in the last stage.
@@ -92,10 +94,16 @@ impl GroundForces {
 
 impl ChainState {
     /// Pose of link 1, joint angles, their rates and all momenta from the poses and twists of all links, whose masses are
-    /// `mass` times those of `robot`.
+    /// `mass` times those of `robot`; and what can be pushed.
     pub fn read(&mut self, robot: &Robot, mass: f64, state: &SpatialState) {
         let (pose, twist) = (&state.pose, &state.twist);
-        let Self { configuration, velocity, momentum, .. } = self;
+        let Self { configuration, velocity, momentum, guess, surface, .. } = self;
+        configuration.moved.clear();
+        configuration.moved.extend(state.movables.iter().map(|moved| moved.pose));
+        velocity.moved.clear();
+        velocity.moved.extend(state.movables.iter().map(|moved| moved.twist));
+        guess.moved.resize(state.movables.len(), Vector3::zeros());
+        surface.resize(state.movables.len(), Vector3::zeros());
         let q = pose[0].orientation.quaternion();
         (configuration.position, configuration.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
         velocity.head = Twist { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
@@ -112,7 +120,11 @@ impl ChainState {
 
     /// Poses and twists of all links; `mass` as in [`Self::read`].
     pub fn write(&mut self, robot: &Robot, mass: f64, shape: &ChainShape, state: &mut SpatialState) {
-        let SpatialState { pose, twist, .. } = state;
+        let SpatialState { pose, twist, movables, .. } = state;
+        for (moved, (pose, twist)) in movables.iter_mut().zip(self.configuration.moved.iter().zip(&self.velocity.moved))
+        {
+            *moved = Moved { pose: *pose, twist: *twist };
+        }
         self.place_links(shape, pose);
         for (i, link) in robot.links.iter().enumerate() {
             let Momentum { linear, angular } = &self.momentum[i];
@@ -161,6 +173,8 @@ fn linear(twist: &StackedTwist) -> Vector3<f64> {
 pub struct SavedForces {
     began_at_rest: bool,
     forces: GroundForces,
+    #[serde(default)]
+    surface: Vec<Vector3<f64>>,
     stands: Vec<[bool; 2]>,
     contacts: ContactMemory,
     joint_stops: Vec<[f64; 2]>,
@@ -178,6 +192,7 @@ impl WarmStart for ChainState {
             velocity: ChainVelocity::rest(links),
             momentum: vec![Momentum::zero(); links],
             forces: GroundForces::none(links),
+            surface: Vec::new(),
             stands: vec![[false; 2]; links],
             contacts: ContactMemory::with_capacity(8 * links),
             joint_stops: Vec::with_capacity(2 * (links - 1)),
@@ -195,6 +210,7 @@ impl WarmStart for ChainState {
         self.began_at_rest = false;
         self.is_postponed = false;
         self.forces.clear();
+        self.surface.clear();
         self.stands.fill([false; 2]);
         self.contacts.clear();
         self.joint_stops.clear();
@@ -205,14 +221,34 @@ impl WarmStart for ChainState {
 
     fn save(&self) -> SavedForces {
         let Self {
-            began_at_rest, forces, stands, contacts, joint_stops, joint_torque, backlash, gear_friction, ..
+            began_at_rest,
+            forces,
+            surface,
+            stands,
+            contacts,
+            joint_stops,
+            joint_torque,
+            backlash,
+            gear_friction,
+            ..
         } = self.clone();
-        SavedForces { began_at_rest, forces, stands, contacts, joint_stops, joint_torque, backlash, gear_friction }
+        SavedForces {
+            began_at_rest,
+            forces,
+            surface,
+            stands,
+            contacts,
+            joint_stops,
+            joint_torque,
+            backlash,
+            gear_friction,
+        }
     }
 
     fn resume(&mut self, saved: &SavedForces) {
         self.began_at_rest = saved.began_at_rest;
         self.forces.copy_from(&saved.forces);
+        self.surface.clone_from(&saved.surface);
         self.stands.copy_from_slice(&saved.stands);
         self.contacts.copy_from(&saved.contacts);
         self.joint_stops.clone_from(&saved.joint_stops);
@@ -223,11 +259,12 @@ impl WarmStart for ChainState {
 
     fn fits(saved: &SavedForces, links: usize, obstacles: &ObstacleGrid) -> bool {
         saved.forces.fits(links)
+            && [0, obstacles.movables().len()].contains(&saved.surface.len())
             && saved.stands.len() == links
             && [0, 2 * (links - 1)].contains(&saved.joint_stops.len())
             && saved.joint_torque.len() == links - 1
             && saved.backlash.len() == 2 * (links - 1)
             && [0, 2 * (links - 1)].contains(&saved.gear_friction.len())
-            && saved.contacts.fits([links; 2], obstacles.len(), CAPSULE_CONTACTS)
+            && saved.contacts.fits(links, obstacles, CAPSULE_CONTACTS)
     }
 }

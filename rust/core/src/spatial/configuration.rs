@@ -6,7 +6,7 @@ use crate::math::{Laned, Real};
 use crate::robot::{Axes, Robot};
 use crate::stepping::{MAX_RATE, MAX_SPEED};
 
-use super::spatial_vector::{Twist, along, combined, cross, scaled, sum};
+use super::spatial_vector::{Twist, along, combined, cross, scaled, sum, zero_vector};
 use super::{Pose, StageLink, hinge_directions};
 
 /// What the places of the links depend on besides the configuration.
@@ -32,6 +32,8 @@ pub struct Configuration<T = f64> {
     pub orientation: [T; 4],
     /// (phi_h, phi_v) of each joint, zero about an axis that it does not have \[rad\].
     pub angle: Vec<[T; 2]>,
+    /// (x, y, theta) of each obstacle that can be pushed \[m\], \[rad\].
+    pub moved: Vec<Vector3<T>>,
 }
 
 /// Velocity: the twist of link 1, frame I, and the joint rates.
@@ -40,6 +42,8 @@ pub struct ChainVelocity<T = f64> {
     pub head: Twist<T>,
     /// (phi_h', phi_v') of each joint \[rad/s\].
     pub rate: Vec<[T; 2]>,
+    /// Of each obstacle that can be pushed \[m/s\], \[rad/s\].
+    pub moved: Vec<Vector3<T>>,
 }
 
 /// Where a link is, frame I.
@@ -68,13 +72,20 @@ impl<T: Real> Configuration<T> {
             position: Vector3::new(zero, zero, zero),
             orientation: [one, zero, zero, zero],
             angle: vec![[zero; 2]; links - 1],
+            moved: Vec::new(),
         }
+    }
+
+    /// The same among so many obstacles that can be pushed.
+    pub fn among(self, movables: usize) -> Self {
+        Self { moved: vec![zero_vector(); movables], ..self }
     }
 
     pub fn copy_from(&mut self, other: &Self) {
         self.position = other.position;
         self.orientation = other.orientation;
         self.angle.copy_from_slice(&other.angle);
+        self.moved.copy_from_slice(&other.moved);
     }
 
     /// Takes the configuration that `base` reaches with the constant velocity `velocity` within `duration`.
@@ -88,6 +99,9 @@ impl<T: Real> Configuration<T> {
         self.orientation = normalised(&product(&exponential(&turn), &base.orientation));
         for (angle, (base, rate)) in self.angle.iter_mut().zip(base.angle.iter().zip(&velocity.rate)) {
             *angle = [base[0] + duration * rate[0], base[1] + duration * rate[1]];
+        }
+        for (moved, (base, u)) in self.moved.iter_mut().zip(base.moved.iter().zip(&velocity.moved)) {
+            *moved = along(base, u, duration);
         }
     }
 
@@ -111,12 +125,18 @@ impl<T: Real> Configuration<T> {
 
 impl<T: Real> ChainVelocity<T> {
     pub fn rest(links: usize) -> Self {
-        Self { head: Twist::zero(), rate: vec![[T::zero(); 2]; links - 1] }
+        Self { head: Twist::zero(), rate: vec![[T::zero(); 2]; links - 1], moved: Vec::new() }
+    }
+
+    /// The same among so many obstacles that can be pushed.
+    pub fn among(self, movables: usize) -> Self {
+        Self { moved: vec![zero_vector(); movables], ..self }
     }
 
     pub fn copy_from(&mut self, other: &Self) {
         self.head = other.head;
         self.rate.copy_from_slice(&other.rate);
+        self.moved.copy_from_slice(&other.moved);
     }
 
     /// Takes u + factor (v - u).
@@ -128,9 +148,12 @@ impl<T: Real> ChainVelocity<T> {
         for (rate, (u, v)) in self.rate.iter_mut().zip(u.rate.iter().zip(&v.rate)) {
             *rate = [rest * u[0] + factor * v[0], rest * u[1] + factor * v[1]];
         }
+        for (moved, (u, v)) in self.moved.iter_mut().zip(u.moved.iter().zip(&v.moved)) {
+            *moved = along(&scaled(u, rest), v, factor);
+        }
     }
 
-    /// Twists of all links placed at `frames`.
+    /// Twists of all links placed at `frames`, and behind them of what can be pushed.
     #[inline(always)]
     pub fn twists(&self, frames: &[Frame<T>], shape: &ChainShape<T>, twist: &mut [Twist<T>]) {
         let arms = &shape.arms;
@@ -144,6 +167,9 @@ impl<T: Real> ChainVelocity<T> {
             let linear = sum(&joint, &cross(&angular, &scaled(&far.axes[2], arms[i + 1][0])));
             twist[i + 1] = Twist { linear, angular };
         }
+        for (twist, moved) in twist[frames.len()..].iter_mut().zip(&self.moved) {
+            *twist = Twist::upright(moved);
+        }
     }
 }
 
@@ -152,7 +178,8 @@ impl ChainVelocity {
     pub fn is_plausible(&self) -> bool {
         let Twist { linear, angular } = &self.head;
         let turns = self.rate.iter().flatten().chain(angular.iter());
-        linear.iter().all(|v| v.abs() < MAX_SPEED) && turns.into_iter().all(|omega| omega.abs() < MAX_RATE)
+        let moved = self.moved.iter().all(|u| u.xy().amax() < MAX_SPEED && u.z.abs() < MAX_RATE);
+        linear.iter().all(|v| v.abs() < MAX_SPEED) && turns.into_iter().all(|omega| omega.abs() < MAX_RATE) && moved
     }
 }
 

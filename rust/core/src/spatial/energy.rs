@@ -6,7 +6,8 @@ use crate::stepping::EnergyLedger;
 #[inline(always)]
 pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> EnergyLedger<T> {
     let mut total = EnergyLedger::zero();
-    for (i, (link, x)) in stage.links.iter().zip(&solution.twist).enumerate() {
+    let chain = stage.chain();
+    for (i, (link, x)) in stage.links[..chain].iter().zip(&solution.twist).enumerate() {
         for end in 0..2 {
             let slip = x.velocity_at(&link.ground_arm(end));
             let (t, p) = (&link.tangent, &solution.friction[i][end]);
@@ -14,6 +15,9 @@ pub fn work_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> Energy
         }
         let rolling = &solution.rolling[i];
         total.friction += link.radius * (rolling.y * x.angular.x - rolling.x * x.angular.y);
+    }
+    for (p, x) in solution.surface.iter().zip(&solution.twist[chain..]) {
+        total.friction += p.x * x.linear.x + p.y * x.linear.y + p.z * x.angular.z;
     }
     for ((row, p), contact) in stage.obstacle_friction.iter().zip(&solution.obstacle_friction).zip(&stage.contacts) {
         let [along, across] = &row.tangents;

@@ -24,27 +24,31 @@ pub struct LaneFallback {
 }
 
 impl LaneFallback {
-    pub fn new(links: usize) -> Self {
-        Self { fallback: Fallback::new(links), stage: Stage::with_capacity(links), solution: StageSolution::new(links) }
+    pub fn new(links: usize, movables: usize) -> Self {
+        let nodes = links + movables;
+        let solution = StageSolution::new(links).among(movables);
+        Self { fallback: Fallback::new(nodes), stage: Stage::with_capacity(nodes), solution }
     }
 
-    /// Solves the stage of `lane` by the fallback; `None` for a diverged robot, whose stage has a value that is not finite,
+    /// Solves the stage of `lane`, of so many `nodes`, by the fallback; `None` for a diverged robot, whose stage has a value that is not finite,
     /// and where the fallback would cost more than `solves_left`.
     pub fn solve_lane<T: Real>(
         &mut self,
         stage: &Stage<T>,
         solution: &mut StageSolution<T>,
-        lane: usize,
+        (lane, nodes): (usize, usize),
         tolerance: f64,
         solves_left: u32,
     ) -> Option<FallbackResult> {
         stage.copy_lane(lane, &mut self.stage);
+        self.stage.leave_out(nodes);
         let pairs = self.stage.pairs.iter().filter(|pair| pair.offset < NEARBY).count() as u32;
         if !self.stage.links.iter().all(|link| is_finite(&link.momentum)) || !may_fall_back(solves_left, pairs) {
             return None;
         }
         OBSERVER.get().inspect(|observe| observe(&self.stage));
         solution.copy_lane(stage, lane, &mut self.solution);
+        self.solution.leave_out(&self.stage);
         let (solves, status) =
             self.fallback.solve_hard(&self.stage, &mut self.solution, tolerance, solves_within(solves_left, pairs));
         solution.set_lane(stage, lane, &self.solution);

@@ -1,5 +1,7 @@
 //! Conversion between the numbers of one robot and its lane of a register.
 
+use nalgebra::Vector3;
+
 use crate::math::{Laned, Real, laned, read_lane, replace_by_lane, write_lane};
 use crate::rows::{read_rows, write_rows};
 use crate::stepping::StageStop;
@@ -29,12 +31,14 @@ impl<T: Real> Configuration<T> {
     pub fn read_lane(&self, lane: usize, to: &mut Configuration) {
         (to.position, to.orientation) = (self.position.lane(lane), Laned::<T>::lane(&self.orientation, lane));
         read_lane::<T, _>(&self.angle, lane, &mut to.angle);
+        read_lane::<T, _>(&self.moved, lane, &mut to.moved);
     }
 
     pub fn set_lane(&mut self, lane: usize, from: &Configuration) {
         self.position.set_lane(lane, &from.position);
         Laned::<T>::set_lane(&mut self.orientation, lane, &from.orientation);
         write_lane::<T, _>(&mut self.angle, lane, &from.angle);
+        write_moved(&mut self.moved, lane, &from.moved);
     }
 }
 
@@ -42,11 +46,20 @@ impl<T: Real> ChainVelocity<T> {
     pub fn read_lane(&self, lane: usize, to: &mut ChainVelocity) {
         to.head = self.head.lane(lane);
         read_lane::<T, _>(&self.rate, lane, &mut to.rate);
+        read_lane::<T, _>(&self.moved, lane, &mut to.moved);
     }
 
     pub fn set_lane(&mut self, lane: usize, from: &ChainVelocity) {
         self.head.set_lane(lane, &from.head);
         write_lane::<T, _>(&mut self.rate, lane, &from.rate);
+        write_moved(&mut self.moved, lane, &from.moved);
+    }
+}
+
+/// Copies what a robot can push to its lane; what only other lanes have rests at the origin.
+pub fn write_moved<T: Real>(to: &mut [Vector3<T>], lane: usize, from: &[Vector3<f64>]) {
+    for (k, to) in to.iter_mut().enumerate() {
+        to.set_lane(lane, &from.get(k).copied().unwrap_or_default());
     }
 }
 
@@ -59,6 +72,7 @@ impl<T: Real> Stage<T> {
         to.friction.rolling = Real::lane(&self.friction.rolling, lane);
         to.friction.skin = self.friction.skin;
         replace_by_lane::<T, _>(&mut to.links, &self.links, lane);
+        replace_by_lane::<T, _>(&mut to.surfaces, &self.surfaces, lane);
         to.axes.clone_from(&self.axes);
         replace_by_lane::<T, _>(&mut to.joints, &self.joints, lane);
         read_rows(&self.obstacle_friction, &self.contacts, lane, &mut to.obstacle_friction);
@@ -89,7 +103,10 @@ impl<T: Real> Stage<T> {
 impl<T: Real> StageSolution<T> {
     /// Copies the solution of `lane` into `to`, with the impulses of those contacts of `stage` that the lane has.
     pub fn copy_lane(&self, stage: &Stage<T>, lane: usize, to: &mut StageSolution) {
-        read_lane::<T, _>(&self.twist, lane, &mut to.twist);
+        to.twist.clear();
+        to.twist.extend(self.twist.iter().map(|twist| twist.lane(lane)));
+        to.surface.clear();
+        to.surface.extend(self.surface.iter().map(|impulse| impulse.lane(lane)));
         read_lane::<T, _>(&self.rate, lane, &mut to.rate);
         read_lane::<T, _>(&self.normal, lane, &mut to.normal);
         read_lane::<T, _>(&self.friction, lane, &mut to.friction);
@@ -107,6 +124,7 @@ impl<T: Real> StageSolution<T> {
     /// Copies `from` to the solution of `lane`; both are of the same `stage`.
     pub fn set_lane(&mut self, stage: &Stage<T>, lane: usize, from: &StageSolution) {
         write_lane::<T, _>(&mut self.twist, lane, &from.twist);
+        write_lane::<T, _>(&mut self.surface, lane, &from.surface);
         write_lane::<T, _>(&mut self.rate, lane, &from.rate);
         write_lane::<T, _>(&mut self.normal, lane, &from.normal);
         write_lane::<T, _>(&mut self.friction, lane, &from.friction);

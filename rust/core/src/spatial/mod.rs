@@ -24,6 +24,7 @@ mod kinematics;
 mod lane_fallback;
 mod lanes;
 mod model;
+mod movables;
 mod obstacle_contacts;
 mod penetration;
 mod self_contact;
@@ -50,6 +51,7 @@ pub use joint::{
 pub use kinematics::{assemble_chain, close_positions, largest_joint_gap, orientation_of, rest_on_ground};
 pub use lane_fallback::observe_hard_stages;
 pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
+pub(crate) use movables::movable_gap;
 pub use self_contact::self_gap;
 pub use solver::{CoulombNewton, Fallback, Newton};
 pub use spatial_vector::{Momentum, SpatialVector, Twist, Wrench};

@@ -3,7 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
-use crate::contact::{ContactId, ContactMemory, Source, touching_distance};
+use crate::contact::{ContactId, ContactMemory, KnownContact, Source, touching_distance};
 use crate::math::{Laned, Real};
 use crate::obstacles::{ObstacleGrid, SolidContact};
 use crate::robot::Link;
@@ -81,10 +81,22 @@ impl ObstacleContacts {
                 }
                 _ => None,
             };
-            self.frictional.extend(friction.map(|friction| (self.rows.all().len(), friction)));
             let id = ContactId { link: index, with: Source::Obstacle(obstacle), feature };
-            self.rows.add(lane, id, 0, known.of(id), row);
+            self.add(lane, id, known.of(id), row, friction);
         });
+    }
+
+    /// Adds a contact of a lane, with its friction if it has any; contacts come lane by lane.
+    pub fn add(
+        &mut self,
+        lane: usize,
+        id: ContactId,
+        known: KnownContact,
+        row: StageContact,
+        friction: Option<StageObstacleFriction>,
+    ) {
+        self.frictional.extend(friction.map(|friction| (self.rows.all().len(), friction)));
+        self.rows.add(lane, id, 0, known, row);
     }
 
     /// Writes all contacts to the stage. Once one of them has friction, all have a row of it.

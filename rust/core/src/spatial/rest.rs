@@ -60,7 +60,8 @@ impl<T: Real> RestCandidate<T> {
 #[inline(always)]
 pub fn bound<T: Real>(stage: &Stage<T>, tolerance: f64) -> T {
     let (mut least, mut most) = (T::splat(f64::INFINITY), T::zero());
-    for link in &stage.links {
+    // Lanes may have neighbours among more obstacles that can be pushed.
+    for link in &stage.links[..stage.chain()] {
         let inertia = link.inertia / link.half_length;
         (least, most) = (least.min(inertia), most.max(inertia));
     }
@@ -90,7 +91,8 @@ pub fn fastest<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> T {
 /// it.
 pub fn is_at_rest(velocity: &ChainVelocity) -> bool {
     let Twist { linear, angular } = &velocity.head;
-    let mut numbers = linear.iter().chain(angular.iter()).chain(velocity.rate.iter().flatten());
+    let moved = velocity.moved.iter().flat_map(|moved| moved.iter());
+    let mut numbers = linear.iter().chain(angular.iter()).chain(velocity.rate.iter().flatten()).chain(moved);
     numbers.all(|number| number.abs() <= AT_REST)
 }
 

@@ -40,13 +40,14 @@ struct PairInStage<'a> {
 }
 
 impl<T: Real> SelfContactDetection<T> {
-    pub fn new(robot: &Robot) -> Self {
+    /// Of robots among obstacles of which so many can be pushed.
+    pub fn new(robot: &Robot, movables: usize) -> Self {
         let links = robot.links.clone();
         Self {
             bound: robot.self_contact.then(|| FoldingBound::new(&links, CLEARANCE)),
             folded: T::Mask::of(|_| false),
             near: NO_LANES,
-            rows: FoundRows::with_capacity(0, LINK_CONTACTS_PER_LINK * links.len() * T::LANES),
+            rows: FoundRows::with_capacity(0, LINK_CONTACTS_PER_LINK * (links.len() + movables) * T::LANES),
             links,
         }
     }
@@ -99,7 +100,7 @@ impl<T: Real> SelfContactDetection<T> {
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes with themselves at their predicted ends.
     pub(super) fn find_self_contacts(&mut self, pending: Lanes) {
-        let Self { self_contacts, known, motion, stage, solution, .. } = self;
+        let Self { self_contacts, known, motion, stage, .. } = self;
         let SelfContactDetection { bound, rows, near, folded, links, .. } = self_contacts;
         let motion = &*motion;
         let Motion { start_frames, frames, elapsed, .. } = motion;
@@ -123,7 +124,6 @@ impl<T: Real> Workspace<T> {
                 });
             });
         }
-        rows.lay_out(stage.coefficient, &mut stage.pairs, &mut solution.pair);
     }
 }
 

@@ -2,6 +2,7 @@
 //! [`crate::stepping::penetration`].
 
 use crate::math::Real;
+use crate::obstacles::ObstacleGrid;
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::{Driven, Members};
 
@@ -15,16 +16,24 @@ impl<T: Real> Workspace<T> {
         active(pending).for_each(|lane| self.supports[lane].clear());
         let links = &members.system.robot.links;
         for lane in active(pending) {
-            let obstacles = &members.body(lane).obstacles;
+            let obstacles: &ObstacleGrid = &members.body(lane).obstacles;
             if self.may_reach(lane, obstacles) {
                 self.find_obstacle_contacts(lane, links, obstacles);
                 if self.may_reach_tops(lane, obstacles) {
                     self.find_supports(lane, links, obstacles);
                 }
             }
+            if self.own_movables[lane] > 0 {
+                self.find_movable_contacts(lane, obstacles.nodes(links), obstacles);
+            }
         }
         self.contacts.lay_out(&mut self.stage, &mut self.solution);
         self.find_self_contacts(pending);
+        let own = self.own_movables;
+        for lane in active(pending).filter(|&lane| own[lane] > 0) {
+            self.find_movable_pairs(lane, members.body(lane).obstacles.nodes(links));
+        }
+        self.self_contacts.rows.lay_out(self.stage.coefficient, &mut self.stage.pairs, &mut self.solution.pair);
         active(pending).for_each(|lane| self.known[lane].clear());
     }
 
@@ -36,6 +45,10 @@ impl<T: Real> Workspace<T> {
             if self.self_contacts.may_overlap(lane, self.result.deviation.lane(lane)) {
                 let (start, end) = (&self.motion.start_frames, &self.motion.frames);
                 sinking = sinking.max(self.self_contacts.sinking(links, start, end, lane));
+            }
+            if self.own_movables[lane] > 0 {
+                let obstacles = &members.body(lane).obstacles;
+                sinking = sinking.max(self.sinking_of_movables(lane, obstacles.nodes(links), obstacles));
             }
             self.result.sinking[lane] = sinking;
             if !self.supports[lane].is_empty() {

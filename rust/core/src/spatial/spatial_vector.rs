@@ -30,6 +30,19 @@ impl<T: Real> SpatialVector<T> {
         Self { linear: zero_vector(), angular: zero_vector() }
     }
 
+    /// Of a body that stays upright, from (x, y, angle) in the plane.
+    #[inline(always)]
+    pub fn upright(planar: &Vector3<T>) -> Self {
+        let zero = T::zero();
+        Self { linear: Vector3::new(planar.x, planar.y, zero), angular: Vector3::new(zero, zero, planar.z) }
+    }
+
+    /// (x, y, angle).
+    #[inline(always)]
+    pub fn in_plane(&self) -> Vector3<T> {
+        Vector3::new(self.linear.x, self.linear.y, self.angular.z)
+    }
+
     #[inline(always)]
     pub fn dot(&self, other: &Self) -> T {
         inner(&self.linear, &other.linear) + inner(&self.angular, &other.angular)

@@ -7,7 +7,9 @@
 //! `-W_T^T x in N_{C_T}(P_T)` with the ellipse of semi-axes mu P_N (T 4.82)-(T 4.84), or a half of it and a half of another
 //! one,
 //! `-W_V^T x in N_{C_V}(P_V)` with the disc of radius mu_V P_N (T 4.86)-(T 4.87),
-//! `D = clamp(b - k phi')` (T 4.101)-(T 4.102).
+//! `D = clamp(b - k phi')` (T 4.101)-(T 4.102), and of what can be pushed `-x in N_E(P_E)` with a
+//! [limit surface](crate::laws::LimitSurface) E. That stays upright because nothing pushes it otherwise than along the ground
+//! or turns it otherwise than about the vertical.
 //!
 //! Directions W and inertias are those of the predicted end configuration; p is the momentum each link would have
 //! without contacts, joints and drives. Angular momenta about the CG, in frame I, are what the gyroscopic term of
@@ -21,12 +23,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::laws::Skin;
-use crate::math::Real;
+use crate::math::{Real, select_into};
 use crate::robot::Axes;
 use crate::rows::{ContactRow, DriveRow, MotorRow, PairRow, Saved, is_zero};
 use crate::stepping::StageStop;
 
-use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum};
+use super::spatial_vector::{Momentum, Twist, Wrench, cross, scaled, sum, zero_vector};
 
 /// One link in a stage.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -135,7 +137,11 @@ pub struct Stage<T = f64> {
     /// c: the part of the step this stage covers \[s\].
     pub coefficient: T,
     pub friction: StageFriction<T>,
+    /// The chain, and behind it what can be pushed, upright and without ends.
     pub links: Vec<StageLink<T>>,
+    /// Semi-axes of the limit surface of what can be pushed: force along and across it, and moment \[N s\], \[N m s\].
+    #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
+    pub surfaces: Vec<Vector3<T>>,
     /// The axes of each joint; of those beyond the end, and so where it is empty, both.
     #[serde(default)]
     pub axes: Vec<Axes>,
@@ -161,6 +167,7 @@ impl<T: Real> Stage<T> {
             coefficient: zero,
             friction: StageFriction::none(),
             links: Vec::with_capacity(links),
+            surfaces: Vec::with_capacity(links),
             axes: Vec::with_capacity(links - 1),
             joints: Vec::with_capacity(links - 1),
             stops: Vec::with_capacity(2 * (links - 1)),
@@ -172,7 +179,22 @@ impl<T: Real> Stage<T> {
     }
 }
 
+impl Stage {
+    /// Leaves out obstacles that only other lanes have, so that the first `nodes` links and obstacles are left.
+    pub(super) fn leave_out(&mut self, nodes: usize) {
+        let chain = self.chain();
+        self.links.truncate(nodes);
+        self.surfaces.truncate(nodes - chain);
+    }
+}
+
 impl<T: Real> Stage<T> {
+    /// Number of links of the chain.
+    #[inline(always)]
+    pub fn chain(&self) -> usize {
+        self.links.len() - self.surfaces.len()
+    }
+
     /// The axes of a joint.
     #[inline(always)]
     pub fn axes_of(&self, joint: usize) -> Axes {
@@ -183,6 +205,7 @@ impl<T: Real> Stage<T> {
     pub fn copy_from(&mut self, other: &Self) {
         (self.coefficient, self.friction) = (other.coefficient, other.friction);
         self.links.clone_from(&other.links);
+        self.surfaces.clone_from(&other.surfaces);
         self.axes.clone_from(&other.axes);
         self.joints.clone_from(&other.joints);
         self.stops.clone_from(&other.stops);
@@ -235,8 +258,10 @@ impl<T: Real> StageLink<T> {
 /// What a solver returns and the certificate verifies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageSolution<T = f64> {
-    /// x of each link, frame I.
+    /// x of each link, frame I, and of what can be pushed.
     pub twist: Vec<Twist<T>>,
+    /// Friction of the ground on each entry of [`Stage::surfaces`]: force and moment, frame I \[N s\], \[N m s\].
+    pub surface: Vec<Vector3<T>>,
     /// (phi_h', phi_v') of each joint \[rad/s\].
     pub rate: Vec<[T; 2]>,
     /// P_N at the front and the rear sphere of each link \[N s\].
@@ -265,6 +290,7 @@ impl<T: Real> StageSolution<T> {
         let none = Vector2::new(zero, zero);
         Self {
             twist: vec![Twist::zero(); links],
+            surface: Vec::with_capacity(links),
             rate: vec![[zero; 2]; links - 1],
             normal: vec![[zero; 2]; links],
             friction: vec![[none; 2]; links],
@@ -277,12 +303,38 @@ impl<T: Real> StageSolution<T> {
             pair: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
+
+    /// The same with so many obstacles that can be pushed.
+    pub fn among(mut self, movables: usize) -> Self {
+        self.twist.resize(self.twist.len() + movables, Twist::zero());
+        self.surface.resize(movables, zero_vector());
+        self
+    }
+
+    /// Impulses of the ground on a link's ends, zero on what can be pushed: normal, sliding, rolling.
+    #[inline(always)]
+    pub fn ground(&self, node: usize) -> ([T; 2], [Vector2<T>; 2], Vector2<T>) {
+        if node < self.normal.len() {
+            return (self.normal[node], self.friction[node], self.rolling[node]);
+        }
+        let none = Vector2::new(T::zero(), T::zero());
+        ([T::zero(); 2], [none; 2], none)
+    }
+}
+
+impl StageSolution {
+    /// The same as [`Stage::leave_out`] has done.
+    pub(super) fn leave_out(&mut self, stage: &Stage) {
+        self.twist.truncate(stage.links.len());
+        self.surface.truncate(stage.surfaces.len());
+    }
 }
 
 impl<T: Real> StageSolution<T> {
     /// Copies without freeing memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.twist.clone_from(&other.twist);
+        self.surface.clone_from(&other.surface);
         self.rate.clone_from(&other.rate);
         self.normal.clone_from(&other.normal);
         self.friction.clone_from(&other.friction);
@@ -298,8 +350,13 @@ impl<T: Real> StageSolution<T> {
     /// Copies the given lanes of another solution of the same stage.
     #[inline(always)]
     pub fn select_into(&mut self, lanes: T::Mask, other: &Self) {
-        for i in 0..self.twist.len() {
-            self.twist[i].select_into(lanes, &other.twist[i]);
+        for (own, theirs) in self.twist.iter_mut().zip(&other.twist) {
+            own.select_into(lanes, theirs);
+        }
+        for (own, theirs) in self.surface.iter_mut().zip(&other.surface) {
+            select_into(own, lanes, theirs);
+        }
+        for i in 0..self.normal.len() {
             take(&mut self.rolling[i].x, lanes, other.rolling[i].x);
             take(&mut self.rolling[i].y, lanes, other.rolling[i].y);
             for end in 0..2 {

@@ -1,6 +1,7 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
+use crate::obstacles::Moved;
 use crate::robot::Robot;
 use crate::stepping::{MAX_RATE, MAX_SPEED, RobotState};
 
@@ -51,6 +52,9 @@ pub struct SpatialState {
     pub time: f64,
     pub pose: Vec<Pose>,
     pub twist: Vec<StackedTwist>,
+    /// Of the obstacles that can be pushed.
+    #[serde(default)]
+    pub movables: Vec<Moved>,
 }
 
 impl SpatialState {
@@ -70,13 +74,23 @@ impl SpatialState {
 
 impl RobotState for SpatialState {
     fn zero(links: usize) -> Self {
-        Self { time: 0.0, pose: vec![Pose::identity(); links], twist: vec![StackedTwist::zeros(); links] }
+        let (pose, twist) = (vec![Pose::identity(); links], vec![StackedTwist::zeros(); links]);
+        Self { time: 0.0, pose, twist, movables: Vec::new() }
+    }
+
+    fn movables(&self) -> &[Moved] {
+        &self.movables
+    }
+
+    fn movables_mut(&mut self) -> &mut Vec<Moved> {
+        &mut self.movables
     }
 
     fn copy_from(&mut self, other: &Self) {
         self.time = other.time;
         self.pose.copy_from_slice(&other.pose);
         self.twist.copy_from_slice(&other.twist);
+        self.movables.clone_from(&other.movables);
     }
 
     fn time(&self) -> f64 {
@@ -89,10 +103,11 @@ impl RobotState for SpatialState {
 
     fn stop(&mut self) {
         self.twist.fill(StackedTwist::zeros());
+        self.movables.iter_mut().for_each(|moved| moved.twist = Vector3::zeros());
     }
 
-    fn fits(&self, links: usize, _movables: usize) -> bool {
-        self.pose.len() == links && self.twist.len() == links
+    fn fits(&self, links: usize, movables: usize) -> bool {
+        self.pose.len() == links && self.twist.len() == links && self.movables.len() == movables
     }
 
     fn is_plausible(&self) -> bool {
@@ -100,6 +115,6 @@ impl RobotState for SpatialState {
         let slow = |u: &StackedTwist| {
             u.iter().take(3).all(|v| v.abs() < MAX_SPEED) && u.iter().skip(3).all(|omega| omega.abs() < MAX_RATE)
         };
-        self.pose.iter().all(placed) && self.twist.iter().all(slow)
+        self.pose.iter().all(placed) && self.twist.iter().all(slow) && self.movables.iter().all(Moved::is_plausible)
     }
 }

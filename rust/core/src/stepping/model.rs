@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use crate::gait::WaveJets;
 use crate::math::Real;
-use crate::obstacles::{Movable, ObstacleGrid};
+use crate::obstacles::{Movable, Moved, ObstacleGrid};
 use crate::robot::Robot;
 
 use super::Accuracy;
@@ -56,12 +56,28 @@ pub trait RobotState: Debug + Clone + PartialEq + Serialize + DeserializeOwned {
     fn set_time(&mut self, time: f64);
     /// All velocities become zero.
     fn stop(&mut self);
-    /// Places obstacles that can be pushed where they lie at first, at rest; models without such have no place for them.
-    fn place_movables(&mut self, _movables: &[Movable]) {}
+    /// The obstacles that can be pushed, in the order of the scene.
+    fn movables(&self) -> &[Moved];
+    fn movables_mut(&mut self) -> &mut Vec<Moved>;
+    /// Places obstacles that can be pushed where they lie at first, at rest.
+    fn place_movables(&mut self, movables: &[Movable]) {
+        let places = self.movables_mut();
+        places.clear();
+        places.extend(movables.iter().map(Moved::at_start));
+    }
     /// Whether it is of a robot of `links` links among so many obstacles that can be pushed.
     fn fits(&self, links: usize, movables: usize) -> bool;
     /// Whether it is finite, and slow enough to be that of a robot rather than of a diverged computation.
     fn is_plausible(&self) -> bool;
+}
+
+impl Moved {
+    /// Whether it is finite, and slow enough to be that of an obstacle rather than of a diverged computation.
+    pub fn is_plausible(&self) -> bool {
+        let Self { pose, twist } = self;
+        let is_slow = twist.xy().amax() < MAX_SPEED && twist.z.abs() < MAX_RATE;
+        is_slow && pose.iter().chain(twist.iter()).all(|number| number.is_finite())
+    }
 }
 
 /// Speed beyond which a computation has diverged \[m/s\].

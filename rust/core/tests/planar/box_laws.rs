@@ -4,10 +4,10 @@ use nalgebra::{Rotation2, Vector2, Vector3};
 use snake_core::contact::{PlacedLink, link_obstacle_contact, link_pair_contact, link_pair_gap, movable_contacts};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
-use snake_core::obstacles::{Movable, Node, Obstacle, ObstacleGrid, Shape};
+use snake_core::obstacles::{Movable, Moved, Node, Obstacle, ObstacleGrid, Shape};
 use snake_core::planar::{
-    Fallback, Heading, InteriorPoint, Moved, Newton, Pose, Scripted, Stage, StageContact, StageLink,
-    StageObstacleFriction, StagePair, StageSolution, Twist, certify,
+    Fallback, Heading, InteriorPoint, Newton, Pose, Scripted, Stage, StageContact, StageLink, StageObstacleFriction,
+    StagePair, StageSolution, Twist, certify,
 };
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_FREE, SceneConfig};

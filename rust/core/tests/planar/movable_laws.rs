@@ -3,8 +3,8 @@
 use nalgebra::Vector2;
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
-use snake_core::obstacles::{Obstacle, ObstacleGrid, Peg, Shape, Spring};
-use snake_core::planar::{Fleet, Moved, PlanarState, PlanarSystem, Pose, Scripted, Twist};
+use snake_core::obstacles::{Moved, Obstacle, ObstacleGrid, Peg, Shape, Spring};
+use snake_core::planar::{Fleet, PlanarState, PlanarSystem, Pose, Scripted, Twist};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_FREE, SceneConfig};
 use snake_core::simulation::PlanarSimulation;

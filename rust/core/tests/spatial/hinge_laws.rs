@@ -60,9 +60,10 @@ fn links_lie_and_move_as_their_joints_turn() {
             [q.w, q.i, q.j, q.k]
         },
         angle: drawn_rates(&robot.axes, 1.3, &mut random),
+        moved: Vec::new(),
     };
     let head = Twist { linear: drawn_vector(1.0, &mut random), angular: drawn_vector(2.0, &mut random) };
-    let velocity = ChainVelocity { head, rate: drawn_rates(&robot.axes, 2.0, &mut random) };
+    let velocity = ChainVelocity { head, rate: drawn_rates(&robot.axes, 2.0, &mut random), moved: Vec::new() };
     let placed = |time: f64| {
         let mut configuration = start.clone();
         configuration.travel(&start, &velocity, time);

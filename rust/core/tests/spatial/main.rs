@@ -15,6 +15,7 @@ mod joint_limit_laws;
 mod joints;
 mod lanes;
 mod motor_laws;
+mod movable_laws;
 mod obstacle_friction_laws;
 mod peg_geometry;
 mod penetration_laws;

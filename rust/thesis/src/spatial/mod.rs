@@ -137,7 +137,7 @@ impl SpatialThesis {
 
     /// Torques from angles and rates at the start of the step, held over it (T Remark 4.1).
     fn command(&self, system: &SpatialSystem, state: &SpatialState, torque: &mut [Vector2<f64>]) {
-        let SpatialState { pose, twist, time } = state;
+        let SpatialState { pose, twist, time, .. } = state;
         for (j, (torque, target)) in torque.iter_mut().zip(&self.targets).enumerate() {
             let angle = joint_angle(&pose[j], &pose[j + 1]);
             let rate = printed_joint_rate(&pose[j], &twist[j], &pose[j + 1], &twist[j + 1]);

@@ -4,7 +4,6 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::obstacles::PlacedMovable;
 use crate::planar::{Heading, Planar};
 use crate::simulation::{PlanarSimulation, PlanarSnapshot, Simulation};
 
@@ -101,10 +100,6 @@ impl RobotModel for PlanarRobot {
 
     fn reference(&self) -> &ReferenceGenerator<1> {
         &self.reference
-    }
-
-    fn movables(&self) -> impl Iterator<Item = PlacedMovable<'_>> + Clone {
-        self.simulation.movables().map(|(movable, moved)| PlacedMovable { node: movable.into(), pose: moved.pose })
     }
 
     fn action_entries(&self) -> &[ActionEntry] {

@@ -18,7 +18,6 @@ mod low_rank;
 mod newton;
 mod ray;
 mod self_contacts;
-mod surface_term;
 mod sweep;
 mod terms;
 mod transfer;

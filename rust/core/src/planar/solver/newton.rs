@@ -14,13 +14,12 @@ use crate::contact::PAIRS_PER_LINK;
 use crate::laws::{Halves, Skin, Whole};
 use crate::math::{Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageSolution};
-use crate::solver::{self, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, Tuning};
+use crate::solver::{self, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, SurfaceTerm, Tuning};
 
 use super::contact_friction::ContactFriction;
 use super::kernels::{CoupledStep, EvaluateLaws, FrictionError};
 use super::link_term::{LinkTerm, linear};
 use super::self_contacts::SelfContacts;
-use super::surface_term::SurfaceTerm;
 use super::sweep::Quadratic;
 use super::terms::{ContactTerm, OnLink, StopTerm};
 use super::unilateral::RowLaw;
@@ -257,7 +256,7 @@ impl<T: Real> Newton<T> {
                 (model.gw, model.ww) = (model.gw - impulse, model.ww + stiffness);
             }
             if COUPLED && i >= chain {
-                self.surfaces[i - chain].add_to(&mut model, &link.twist);
+                model.add_surface(&mut self.surfaces[i - chain], &link.twist);
             }
             while let Some(contact) = contacts.next_if(|contact| contact.row.link == i) {
                 let stiffness = contact.evaluate(form, &link.twist);
@@ -318,7 +317,7 @@ impl<T: Real> Newton<T> {
             squared = squared.max(link.friction.squared_error(halves, &linear(&link.twist), link.mass));
         }
         for (surface, link) in self.surfaces.iter().zip(self.pushed()) {
-            squared = squared.max(surface.squared_error(link));
+            squared = squared.max(surface.squared_error(&link.twist, link.mass));
         }
         squared
     }

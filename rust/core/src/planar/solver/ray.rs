@@ -87,7 +87,7 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
             (omega, change) = (link.start.z, link.step.z);
         }
         for (surface, link) in newton.surfaces.iter().zip(newton.pushed()) {
-            add(&mut sum, surface.along(link, alpha));
+            add(&mut sum, surface.along([&link.start, &link.step], alpha));
         }
         for contact in &newton.contacts {
             let link = &newton.links[contact.row.link];
@@ -111,7 +111,7 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
             nearest.consider(motor.kink(start, step));
         }
         for (surface, link) in self.newton.surfaces.iter().zip(self.newton.pushed()) {
-            nearest.consider(surface.kink(link));
+            nearest.consider(surface.kink([&link.start, &link.step]));
         }
         for (spin, link) in self.newton.spins.iter().zip(&self.newton.links) {
             nearest.consider(spin.kink(link.start.z, link.step.z));

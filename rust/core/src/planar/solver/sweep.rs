@@ -11,9 +11,10 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::laws::Symmetric2;
+use crate::laws::{SurfaceEvaluation, Symmetric2};
 use crate::math::Real;
 use crate::planar::Heading;
+use crate::solver::SurfaceTerm;
 
 /// `g . x + x^T H x / 2` of x = (v_x, v_y, omega): velocity of a point and an angular velocity.
 #[derive(Debug, Clone, Copy)]
@@ -104,6 +105,15 @@ impl<T: Real> Quadratic<T> {
         self.gx -= force.x;
         self.gy -= force.y;
         self.gw -= force.z;
+    }
+
+    /// Adds impulse and stiffness of friction on what can be pushed, at its twist.
+    #[inline(always)]
+    pub fn add_surface(&mut self, surface: &mut SurfaceTerm<T>, twist: &Vector3<T>) {
+        let SurfaceEvaluation { across, stiffness, along, .. } = surface.evaluate(twist);
+        (self.xx, self.yy, self.ww) = (self.xx + across.x, self.yy + across.y, self.ww + across.z);
+        self.add_rank_one(&along, -stiffness, T::zero());
+        self.subtract_force(&surface.impulse());
     }
 
     /// Derivative along `step`.

@@ -4,11 +4,10 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::math::{Mask, Real, select_into};
 use crate::planar::{Stage, StageLink, StageSolution};
-use crate::solver::{ActuatorTerm, FrictionTerm, MotorTerm};
+use crate::solver::{ActuatorTerm, FrictionTerm, MotorTerm, SurfaceTerm};
 
 use super::link_term::{LinkTerm, in_frame};
 use super::newton::{Newton, TUNING};
-use super::surface_term::SurfaceTerm;
 use super::sweep::Quadratic;
 use super::terms::{ContactTerm, OnLink, StopTerm};
 use super::unilateral::{RowLaw, UnilateralTerm};

@@ -122,7 +122,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     fn evaluate(&mut self, lanes: T::Mask) {
         self.result.stage_energy = work_of(&self.stage, &self.solution);
         if self.has_springs {
-            self.result.stage_energy.friction += self.work_of_dampers();
+            let first = self.stage.links.len() - self.springs.len();
+            for (spring, u) in self.springs.iter().zip(&self.solution.twist[first..]) {
+                self.result.stage_energy.friction += spring.work_of_damper(self.stage.coefficient, u);
+            }
         }
         self.store_forces(lanes);
         self.measure_deviation();
@@ -218,7 +221,11 @@ impl<T: Real> Workspace<T> {
             }
         }
         if self.has_springs {
-            self.add_springs();
+            let first = self.stage.links.len() - self.springs.len();
+            let bases = &self.motion.base[first..];
+            for ((link, spring), base) in self.stage.links[first..].iter_mut().zip(&self.springs).zip(bases) {
+                (link.mass, link.reference) = spring.hold(c, base, link.mass, &link.reference);
+            }
         }
         self.stage.spins.clear();
         for link in self.constants.iter().take(self.spin_torque.len()) {

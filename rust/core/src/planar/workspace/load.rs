@@ -3,11 +3,11 @@
 use nalgebra::Vector2;
 
 use crate::math::{Laned, MAX_LANES, Real};
-use crate::planar::{Body, Moved, Planar, PlanarSystem, Pose, Twist};
+use crate::obstacles::Moved;
+use crate::planar::{Body, Planar, PlanarSystem, Pose, Twist};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, mask};
-use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput};
+use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput, StageSpring};
 
-use super::springs::StageSpring;
 use super::{LinkConstants, Workspace};
 
 impl<T: Real> StageInput<T> for Workspace<T> {

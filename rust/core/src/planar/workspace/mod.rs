@@ -6,7 +6,6 @@ mod load;
 mod motion;
 mod motion_bound;
 mod results;
-mod springs;
 
 use nalgebra::{Vector2, Vector3};
 
@@ -16,7 +15,7 @@ use crate::planar::{Newton, PlanarSystem, Stage, StageSolution};
 use crate::robot::Link;
 use crate::stepping::lanes::{Lanes, NO_LANES};
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closings, EnergyLedger, FrictionShares, JointStops, Motors};
+use crate::stepping::{Closings, EnergyLedger, FrictionShares, JointStops, Motors, StageSpring};
 
 use super::contacts::Contacts;
 use super::lane_fallback::LaneFallback;
@@ -24,7 +23,6 @@ use super::self_contact::SelfContactDetection;
 
 use drives::Drives;
 pub use motion::{Motion, StageKinematics};
-use springs::StageSpring;
 
 /// Data of the current stage, for as many robots as `T` has lanes.
 #[derive(Debug, Clone)]
@@ -126,12 +124,9 @@ laned! {
 
 impl LinkConstants<f64> {
     fn of_movable(system: &PlanarSystem, movable: &Movable) -> Self {
-        let Movable { link, ground_friction, .. } = movable;
-        let bound = ground_friction * link.mass * system.normal_gravity();
-        let spin = bound * movable.spin_lever;
-        // Turning takes no point of the outline of a disc elsewhere.
-        let reach = movable.outline.as_ref().map_or(0.0, |_| link.reach());
-        Self { reach, friction: Vector2::repeat(bound), spin, ..Self::of(system, link) }
+        let bounds = movable.friction(system.normal_gravity());
+        let (reach, friction, spin) = (movable.turning_reach(), bounds.xy(), bounds.z);
+        Self { reach, friction, spin, ..Self::of(system, &movable.link) }
     }
 }
 

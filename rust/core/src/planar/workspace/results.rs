@@ -3,8 +3,9 @@
 use nalgebra::Vector2;
 
 use crate::math::{Laned, Mask, Real, read_lane};
+use crate::obstacles::Moved;
 use crate::planar::contact_detection::MARGIN;
-use crate::planar::{Body, Moved, Planar, PlanarSystem, StageSolution};
+use crate::planar::{Body, Planar, PlanarSystem, StageSolution};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{

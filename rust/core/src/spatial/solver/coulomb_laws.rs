@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2, Vector3, Vector6};
 
-use crate::laws::{Cone, ConvexSet, Disc, HalfLine, Halves, Skin};
+use crate::laws::{Ball, Cone, ConvexSet, Disc, HalfLine, Halves, Skin};
 use crate::solver::{CoulombForm, DiscTangent, LawImpulse, UnilateralLaw};
 use crate::spatial::{Stage, StageFriction, StageLink, StageSolution, Wrench};
 
@@ -30,7 +30,10 @@ pub(super) struct LawRows<const M: usize> {
 /// First rows of the slips of the ends and of rolling.
 const DISCS: [usize; 3] = [2, 4, 6];
 
-/// Laws of both end spheres of a link.
+/// First row of the limit surface of what can be pushed, which has no ends: two forces, and the moment at a lever.
+const BALL: usize = 2;
+
+/// Laws of both end spheres of a link, or of the ground under something that can be pushed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GroundLaws {
     pub laws: LawRows<LAWS>,
@@ -45,6 +48,8 @@ pub(super) struct GroundLaws {
     /// In the convex problem: lags of both ends, and radius of rolling friction.
     lag: [f64; 2],
     rolling: f64,
+    /// Of what can be pushed, the largest force of friction \[N s\], and its lever \[m\].
+    ball: Option<(f64, f64)>,
 }
 
 impl<const M: usize> LawRows<M> {
@@ -72,6 +77,9 @@ impl GroundLaws {
     /// Link `i` with the impulses of `solution`.
     pub fn new(stage: &Stage, solution: &StageSolution, i: usize) -> Self {
         let link = &stage.links[i];
+        if let Some(k) = i.checked_sub(stage.chain()) {
+            return Self::under_body(&stage.surfaces[k], &solution.surface[k]);
+        }
         let StageFriction { sliding, rolling, skin } = stage.friction;
         let longer = sliding.max();
         let shape = if longer > 0.0 { sliding / longer } else { Vector2::zeros() };
@@ -88,6 +96,27 @@ impl GroundLaws {
             side: [1.0; 3],
             lag: [0.0; 2],
             rolling: rolling * (n + m),
+            ball: None,
+        }
+    }
+
+    /// Within these semi-axes, under something that can be pushed; its ends are in the air.
+    fn under_body(axes: &Vector3<f64>, impulse: &Vector3<f64>) -> Self {
+        let lever = if axes.x > 0.0 { axes.z / axes.x } else { 0.0 };
+        let (mut rows, mut own) = (Rows::zeros(), Impulses::zeros());
+        (rows[(BALL, 0)], rows[(BALL + 1, 1)], rows[(BALL + 2, 5)]) = (1.0, 1.0, lever);
+        let moment = if lever > 0.0 { impulse.z / lever } else { 0.0 };
+        own.fixed_rows_mut::<3>(BALL).copy_from(&Vector3::new(impulse.x, impulse.y, moment));
+        Self {
+            laws: LawRows::new(rows, own),
+            offset: [1.0; 2],
+            coefficient: [0.0; 3],
+            shape: Vector2::zeros(),
+            skin: None,
+            side: [1.0; 3],
+            lag: [0.0; 2],
+            rolling: 0.0,
+            ball: Some((axes.x, lever)),
         }
     }
 
@@ -120,6 +149,9 @@ impl GroundLaws {
             let nearest = Disc { radius: radii[disc] }.project(z);
             inside.fixed_rows_mut::<2>(first).copy_from(&Vector2::new(side * nearest.x, nearest.y));
         }
+        if let Some((radius, _)) = self.ball {
+            inside.fixed_rows_mut::<3>(BALL).copy_from(&Ball { radius }.project(triple(&p.z)));
+        }
         p.defect = p.value - inside;
         (p.defect.norm_squared(), p.defect.amax())
     }
@@ -150,6 +182,12 @@ impl GroundLaws {
         self.laws.p.value.fixed_rows_mut::<2>(first).copy_from(&Disc { radius: self.rolling }.project(at));
         self.laws.slope.fixed_rows_mut::<2>(first).copy_from(&slope);
         self.laws.constant = Impulses::zeros();
+        if let Some((radius, _)) = self.ball {
+            let tangent = DiscTangent::new(&triple(&z), &Vector3::zeros(), radius, &lagged);
+            let slope = tangent.from_slip * self.laws.rows.fixed_rows::<3>(BALL);
+            self.laws.p.value.fixed_rows_mut::<3>(BALL).copy_from(&Ball { radius }.project(triple(&z)));
+            self.laws.slope.fixed_rows_mut::<3>(BALL).copy_from(&slope);
+        }
     }
 
     /// Lags and radii of the next convex problem: those of the present velocities and normal impulses.
@@ -205,11 +243,22 @@ impl GroundLaws {
             constant.fixed_rows_mut::<2>(first).copy_from(&(tangent.constant + tangent.outward * load));
             slope.fixed_rows_mut::<2>(first).copy_from(&along);
         }
+        if let Some((radius, _)) = self.ball {
+            let tangent = DiscTangent::new(&triple(&p.z), &triple(&p.defect), radius, form);
+            let along = tangent.from_slip * rows.fixed_rows::<3>(BALL);
+            constant.fixed_rows_mut::<3>(BALL).copy_from(&tangent.constant);
+            slope.fixed_rows_mut::<3>(BALL).copy_from(&along);
+        }
     }
 
     /// Impulses in frame Pi and along the axes of frame I: normal, sliding, rolling.
     pub fn write(&self, solution: &mut StageSolution, i: usize) {
         let p = &self.laws.p.value;
+        if let Some((_, lever)) = self.ball {
+            let chain = solution.twist.len() - solution.surface.len();
+            solution.surface[i - chain] = triple(p).component_mul(&Vector3::new(1.0, 1.0, lever));
+            return;
+        }
         solution.normal[i] = [p[0].max(0.0), p[1].max(0.0)];
         solution.friction[i] = [pair(p, 2), pair(p, 4)].map(|p| p.component_mul(&self.shape));
         solution.rolling[i] = pair(p, 6);
@@ -289,4 +338,8 @@ fn stretched(p: &Vector2<f64>, shape: &Vector2<f64>) -> Vector2<f64> {
 
 fn pair(p: &Impulses, first: usize) -> Vector2<f64> {
     Vector2::new(p[first], p[first + 1])
+}
+
+fn triple(p: &Impulses) -> Vector3<f64> {
+    p.fixed_rows::<3>(BALL).into_owned()
 }

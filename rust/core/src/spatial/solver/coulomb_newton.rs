@@ -74,8 +74,9 @@ impl CoulombNewton {
     fn load_link(&mut self, stage: &Stage, solution: &StageSolution, i: usize) {
         let (before, link) = (&stage.links[i.saturating_sub(1)], &stage.links[i]);
         let joint_axes = stage.axes_of(i.saturating_sub(1));
-        let last = self.chain.links.last();
-        let axes = match i.checked_sub(1) {
+        let is_free = i == 0 || i >= stage.chain();
+        let last = self.chain.links.last().filter(|_| !is_free);
+        let axes = match i.checked_sub(1).filter(|_| !is_free) {
             Some(joint) => {
                 let relative = solution.twist[i].angular - solution.twist[joint].angular;
                 let directions = hinge_directions(joint_axes, &before.axes, &link.axes);
@@ -105,7 +106,8 @@ impl CoupledStage for CoulombNewton {
     type Solution = StageSolution;
 
     fn load(&mut self, stage: &Stage, solution: &StageSolution, tolerance: f64) {
-        let mass = stage.links.iter().map(|link| link.mass).sum::<f64>() / stage.links.len() as f64;
+        let chain = &stage.links[..stage.chain()];
+        let mass = chain.iter().map(|link| link.mass).sum::<f64>() / chain.len() as f64;
         self.form = CoulombForm::stiff(mass, PENALTY);
         self.tolerance = tolerance;
         self.chain.links.clear();
@@ -227,7 +229,7 @@ impl CoupledStage for CoulombNewton {
         for (i, link) in self.chain.links.iter().enumerate() {
             solution.twist[i] = spatial_vector(&link.twist);
             link.ground.write(solution, i);
-            if let Some(joint) = i.checked_sub(1) {
+            if let Some(joint) = i.checked_sub(1).filter(|_| !link.is_free) {
                 for (axis, driven) in link.axes.iter().enumerate() {
                     solution.rate[joint][axis] = driven.rate;
                     let (impulse, gear) = driven.impulses();

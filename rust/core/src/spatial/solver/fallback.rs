@@ -3,7 +3,7 @@
 //! method from free motion; where the contacts contradict each other, the stage is relaxed. Of all that is found, the
 //! solution with the least certified residual is kept.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::solver::{CoupledStage, SolveStatus};
 use crate::spatial::rest::{RestCandidate, bound, fastest};
@@ -178,11 +178,12 @@ impl Attempt {
 
     /// Free motion without impulses.
     fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution { twist, normal, friction, rolling, gear, contact, obstacle_friction, pair, .. } =
+        let StageSolution { twist, surface, normal, friction, rolling, gear, contact, obstacle_friction, pair, .. } =
             &mut self.trial;
         for (twist, link) in twist.iter_mut().zip(&stage.links) {
             *twist = free_twist(link);
         }
+        surface.fill(Vector3::zeros());
         normal.fill([0.0; 2]);
         friction.fill([Vector2::zeros(); 2]);
         rolling.fill(Vector2::zeros());

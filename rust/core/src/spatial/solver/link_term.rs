@@ -2,14 +2,14 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::laws::{Halves, Skin, Symmetric2, Whole};
+use crate::laws::{Halves, Skin, SurfaceEvaluation, Symmetric2, Whole};
 use crate::math::{Mask, Real};
-use crate::solver::ActuatorTerm;
+use crate::solver::{ActuatorTerm, SurfaceTerm};
 
 use super::friction_term::{FrictionLaw, FrictionTerm};
 use super::sweep::{Quadratic, Segment, Symmetric, with_products};
 use super::terms::ContactTerm;
-use crate::spatial::spatial_vector::{Momentum, Twist, along, difference, inner, scaled, sum, sum_with_cross};
+use crate::spatial::spatial_vector::{Momentum, Twist, Wrench, along, difference, inner, scaled, sum, sum_with_cross};
 use crate::spatial::{Stage, StageFriction, StageSolution};
 
 /// What all contacts with the ground share.
@@ -82,13 +82,14 @@ impl<T: Real> GroundTerm<T> {
     /// The laws at end `end` of link `i` with the friction radius of the starting impulses in `solution`.
     #[inline(always)]
     pub fn new(stage: &Stage<T>, solution: &StageSolution<T>, i: usize, end: usize, laws: &GroundLaws<T>) -> Self {
-        let (link, impulse) = (&stage.links[i], solution.normal[i][end]);
+        let (link, (normal, friction, _)) = (&stage.links[i], solution.ground(i));
+        let impulse = normal[end];
         let share = link.share[end];
         let radius = share * laws.sliding.radius(impulse);
         Self {
             share,
             normal: ContactTerm::new(link.ground[end], laws.penalty, impulse),
-            friction: FrictionTerm::new(&laws.sliding, radius, &solution.friction[i][end]),
+            friction: FrictionTerm::new(&laws.sliding, radius, &friction[end]),
         }
     }
 }
@@ -104,7 +105,7 @@ impl<T: Real> LinkTerm<T> {
         (segment, twist, rates, actuators): (Segment<T>, Twist<T>, [T; 2], [ActuatorTerm<T>; 2]),
     ) -> Self {
         let (link, shape, tangent) = (&stage.links[i], &laws.sliding.shape, &stage.links[i].tangent);
-        let [front, rear] = solution.normal[i];
+        let ([front, rear], _, rolling) = solution.ground(i);
         Self {
             segment,
             axis: link.axes[2],
@@ -120,7 +121,7 @@ impl<T: Real> LinkTerm<T> {
                 Vector2::new(-(shape.y * tangent.y), shape.y * tangent.x),
             ],
             ends: [GroundTerm::new(stage, solution, i, 0, laws), GroundTerm::new(stage, solution, i, 1, laws)],
-            rolling: FrictionTerm::new(&laws.rolling, laws.rolling.radius(front + rear), &solution.rolling[i]),
+            rolling: FrictionTerm::new(&laws.rolling, laws.rolling.radius(front + rear), &rolling),
             actuators,
             twist,
             rates,
@@ -220,6 +221,35 @@ impl<T: Real> LinkTerm<T> {
         }
         self.add_to(model, [&forces[0], &forces[1]], [&arms[0], &arms[1]], (self.rolling.value, stiffness));
         error * self.inverse_mass
+    }
+
+    /// Moves the friction of something that can be pushed to the present twist, multipliers to the impulses in the lanes
+    /// `recentred`, and adds gradient and Hessian as [`Self::evaluate`]. Returns how far the centre is from the impulse,
+    /// squared \[N^2 s^2\].
+    #[inline(always)]
+    pub fn evaluate_surface(
+        &self,
+        surface: &mut SurfaceTerm<T>,
+        model: &mut Quadratic<T>,
+        laws: &GroundLaws<T>,
+        recentred: T::Mask,
+    ) -> T {
+        let twist = self.twist.in_plane();
+        if recentred.any() {
+            surface.evaluate(&twist);
+            surface.recentre(recentred);
+        }
+        let SurfaceEvaluation { across, stiffness, along, .. } = surface.evaluate(&twist);
+        let impulse = surface.impulse();
+        let change = self.momentum_of(&self.twist).plus_scaled(&self.momentum, -T::splat(1.0));
+        model.gradient = model.gradient.plus_scaled(&change, T::splat(1.0));
+        model.gradient = model.gradient.plus_scaled(&Wrench::upright(&impulse), -T::splat(1.0));
+        let (a, c) = (&mut model.linear, &mut model.angular);
+        (a.xx, a.yy, a.zz) = (a.xx + self.mass + across.x, a.yy + self.mass + across.y, a.zz + self.mass);
+        (c.xx, c.yy) = (c.xx + self.inertia, c.yy + self.inertia);
+        c.zz += self.inertia + self.roll_excess + across.z;
+        model.add_rank_one(&Wrench::upright(&along), -stiffness, T::zero());
+        surface.squared_error(&twist, self.mass) * laws.penalty * laws.penalty
     }
 
     /// How far the laws' centres are from the impulses at most, squared \[N^2 s^2\].

@@ -22,7 +22,8 @@ use nalgebra::Vector2;
 
 use crate::laws::{Halves, Skin, Whole};
 use crate::math::{Kernel, Mask, Real};
-use crate::solver::{ActuatorTerm, MotorTerm, Outcome};
+use crate::robot::Axes;
+use crate::solver::{ActuatorTerm, MotorTerm, Outcome, SurfaceTerm};
 
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, LinkTerm};
@@ -46,6 +47,9 @@ pub struct Newton<T: Real = f64> {
     pub(super) contacts: Vec<ObstacleTerm<T>>,
     pub(super) obstacle_friction: ObstacleFriction<T>,
     pub(super) self_contacts: SelfContacts<T>,
+    /// Friction of what can be pushed, which is behind the chain in `links`, and its functions in the last elimination.
+    pub(super) surfaces: Vec<SurfaceTerm<T>>,
+    movables: Vec<Quadratic<T>>,
     pub(super) laws: GroundLaws<T>,
     /// Step of link 1's twist.
     head: Twist<T>,
@@ -77,6 +81,8 @@ impl<T: Real> Newton<T> {
             contacts: Vec::with_capacity(CONTACTS_PER_LINK * links),
             obstacle_friction: ObstacleFriction::new(links),
             self_contacts: SelfContacts::new(links),
+            surfaces: Vec::with_capacity(links),
+            movables: Vec::with_capacity(links),
             laws: GroundLaws::new(&StageFriction::none(), zero),
             head: Twist::zero(),
             lightest: zero,
@@ -142,16 +148,28 @@ impl<T: Real> Newton<T> {
         self.lightest = stage.links[0].mass;
         self.is_holding = true;
         self.links.clear();
-        let mut total = T::zero();
-        for link in &stage.links {
+        let (mut total, chain) = (T::zero(), stage.chain());
+        for (i, link) in stage.links.iter().enumerate() {
             self.lightest = self.lightest.min(link.mass);
-            total += link.mass;
+            // Lanes may have neighbours among more obstacles that can be pushed.
+            if i < chain {
+                total += link.mass;
+            }
         }
-        let penalty = T::splat(PENALTY / stage.links.len() as f64) * total;
+        let penalty = T::splat(PENALTY / chain as f64) * total;
         self.laws = GroundLaws::new(&stage.friction, penalty);
-        for i in 0..stage.links.len() {
+        for i in 0..chain {
             let term = self.link_term(stage, solution, i);
             self.links.push(term);
+        }
+        self.surfaces.clear();
+        self.movables.resize(stage.surfaces.len(), Quadratic::zero());
+        for (k, (axes, impulse)) in stage.surfaces.iter().zip(&solution.surface).enumerate() {
+            self.surfaces.push(SurfaceTerm::new(*axes, impulse, penalty));
+            let (zero, none) = (T::zero(), [Twist::zero(); 2]);
+            let segment = Segment::new(Axes::Both, none[0].linear, none);
+            let motion = (segment, solution.twist[chain + k], [zero; 2], [ActuatorTerm::none(); 2]);
+            self.links.push(LinkTerm::new(stage, solution, chain + k, &self.laws, motion));
         }
         if let Some(skin) = self.laws.skin {
             for (link, impulses) in self.links.iter_mut().zip(&solution.friction) {
@@ -272,15 +290,21 @@ impl<T: Real> Newton<T> {
         }
         let mut contacts = self.contacts.iter_mut().enumerate().rev().peekable();
         let mut behind = Quadratic::zero();
+        let chain = self.links.len() - self.surfaces.len();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
             link.go(fraction, moving);
             if touches_itself {
                 self.self_contacts.add_gradient(i, &mut behind.gradient);
             }
-            radius_error =
-                radius_error.max(link.evaluate::<RECENTRING>(halves, &mut behind, &self.laws, coupled, recentred));
-            squared_error = squared_error.max(link.squared_error(halves, &self.laws));
-            largest_radius = largest_radius.max(link.largest_radius());
+            if i >= chain {
+                let surface = &mut self.surfaces[i - chain];
+                squared_error = squared_error.max(link.evaluate_surface(surface, &mut behind, &self.laws, recentred));
+            } else {
+                radius_error =
+                    radius_error.max(link.evaluate::<RECENTRING>(halves, &mut behind, &self.laws, coupled, recentred));
+                squared_error = squared_error.max(link.squared_error(halves, &self.laws));
+                largest_radius = largest_radius.max(link.largest_radius());
+            }
             squared_speed = squared_speed.max(inner(&link.twist.linear, &link.twist.linear));
             while let Some((k, contact)) = contacts.next_if(|(_, contact)| contact.link == i) {
                 let closing = contact.direction.dot(&link.twist);
@@ -304,6 +328,13 @@ impl<T: Real> Newton<T> {
                     largest_radius = largest_radius.max(error.largest * link.inverse_mass);
                     squared_error = squared_error.max(error.squared);
                 }
+            }
+            if i >= chain {
+                let decrease;
+                (link.step, decrease) = behind.minimiser();
+                descent += decrease;
+                self.movables[i - chain] = std::mem::replace(&mut behind, Quadratic::zero());
+                continue;
             }
             if i == 0 {
                 break;
@@ -329,7 +360,7 @@ impl<T: Real> Newton<T> {
         descent += decrease;
         if touches_itself {
             self.substitute();
-            descent -= self.self_contacts.correct(&mut self.links, &behind);
+            descent -= self.self_contacts.correct(&mut self.links, &behind, &self.movables);
         }
         Assembly {
             descent,
@@ -343,10 +374,22 @@ impl<T: Real> Newton<T> {
     /// From head to tail: the Newton step without the stiffness of contacts between links.
     #[inline(always)]
     fn substitute(&mut self) {
-        let mut before = self.head;
-        for (i, link) in self.links.iter_mut().enumerate() {
+        let (mut before, chain) = (self.head, self.links.len() - self.surfaces.len());
+        for (i, link) in self.links[..chain].iter_mut().enumerate() {
             before = link.take_step(i > 0, before);
         }
+    }
+
+    /// The links, without what can be pushed.
+    #[inline(always)]
+    pub(super) fn chain(&self) -> &[LinkTerm<T>] {
+        &self.links[..self.links.len() - self.surfaces.len()]
+    }
+
+    /// What can be pushed, with its friction.
+    #[inline(always)]
+    pub(super) fn pushed(&self) -> impl Iterator<Item = (&LinkTerm<T>, &SurfaceTerm<T>)> {
+        self.links[self.chain().len()..].iter().zip(&self.surfaces)
     }
 
     /// Moves friction radii and multipliers, but for those that the next assembly couples.
@@ -397,12 +440,18 @@ impl<T: Real> Newton<T> {
         }
         self.obstacle_friction.frictions().for_each(|friction| friction.recentre(lanes));
         self.self_contacts.recentre(lanes);
+        self.surfaces.iter_mut().for_each(|surface| surface.recentre(lanes));
     }
 
     #[inline(always)]
     fn write(&self, solution: &mut StageSolution<T>) {
-        for (i, link) in self.links.iter().enumerate() {
-            solution.twist[i] = link.twist;
+        for (twist, link) in solution.twist.iter_mut().zip(&self.links) {
+            *twist = link.twist;
+        }
+        for (impulse, surface) in solution.surface.iter_mut().zip(&self.surfaces) {
+            *impulse = surface.impulse();
+        }
+        for (i, link) in self.chain().iter().enumerate() {
             solution.normal[i] = [link.ends[0].normal.value, link.ends[1].normal.value];
             let [front, rear] = &link.ends;
             let law = &self.laws.sliding;

@@ -49,7 +49,7 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
         let Self { newton, halves, inertia } = self;
         let laws = &newton.laws;
         let mut sum = (inertia[0] + alpha * inertia[1], inertia[1]);
-        for (i, link) in newton.links.iter().enumerate() {
+        for (i, link) in newton.chain().iter().enumerate() {
             add(&mut sum, link.ground_along(*halves, laws, alpha));
             for axis in 0..2 {
                 let (actuator, rate, change) = (&link.actuators[axis], link.rates[axis], link.step_rates[axis]);
@@ -80,12 +80,15 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
         }
         add(&mut sum, newton.obstacle_friction.along(&newton.contacts, &newton.links, alpha));
         add(&mut sum, newton.self_contacts.along(&newton.links, alpha));
+        for (link, surface) in newton.pushed() {
+            add(&mut sum, surface.along([&link.twist.in_plane(), &link.step.in_plane()], alpha));
+        }
         sum
     }
 
     #[inline(always)]
     fn visit_kinks(&self, nearest: &mut NearestKink<T>) {
-        for link in &self.newton.links {
+        for link in self.newton.chain() {
             for kink in link.kinks(self.halves) {
                 nearest.consider(kink);
             }
@@ -93,6 +96,9 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
         for (axis, motor) in self.newton.motors.iter().enumerate() {
             let link = &self.newton.links[axis / 2 + 1];
             nearest.consider(motor.kink(link.rates[axis % 2], link.step_rates[axis % 2]));
+        }
+        for (link, surface) in self.newton.pushed() {
+            nearest.consider(surface.kink([&link.twist.in_plane(), &link.step.in_plane()]));
         }
         self.newton
             .obstacle_friction

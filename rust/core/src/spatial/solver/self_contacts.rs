@@ -115,9 +115,9 @@ impl<T: Real> SelfContacts<T> {
 
     /// Turns the steps of the links without the contacts' stiffness into those with it, see [`LowRank::correct`].
     #[inline(always)]
-    pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>) -> T {
+    pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>, movables: &[Quadratic<T>]) -> T {
         let couplings = self.terms.iter().map(|term| term.coupling);
-        let mut chain = Chain { links, head, constant: &mut self.constant };
+        let mut chain = Chain { links, head, movables, constant: &mut self.constant };
         self.low_rank.correct(couplings, &mut chain)
     }
 
@@ -155,6 +155,8 @@ impl<T: Real> SelfContacts<T> {
 struct Chain<'a, T: Real> {
     links: &'a mut [LinkTerm<T>],
     head: &'a Quadratic<T>,
+    /// Functions of what can be pushed, behind the chain.
+    movables: &'a [Quadratic<T>],
     constant: &'a mut [[T; 2]],
 }
 
@@ -177,21 +179,29 @@ impl<T: Real> EliminatedChain<T, Wrench<T>, ChainStep<T>> for Chain<'_, T> {
 
     #[inline(always)]
     fn respond(&mut self, links: [usize; 2], column: &[Wrench<T>; 2], response: &mut Vec<ChainStep<T>>) {
-        let mut gradient = Momentum::zero();
-        for (link, term) in self.links.iter().enumerate().rev() {
+        let add_own = |link: usize, gradient: &mut Momentum<T>| {
             for (_, w) in links.iter().zip(column).filter(|(of, _)| **of == link) {
-                gradient = gradient.plus_scaled(w, T::splat(-1.0));
+                *gradient = gradient.plus_scaled(w, T::splat(-1.0));
             }
+        };
+        let (chain, mut gradient) = (self.links.len() - self.movables.len(), Momentum::zero());
+        for (link, term) in self.links[..chain].iter().enumerate().rev() {
+            add_own(link, &mut gradient);
             if link > 0 {
                 (gradient, self.constant[link]) = term.segment.eliminate_linear(&gradient);
             }
         }
         let (mut twist, mut rates) = (self.head.minimiser_under(&gradient), [T::zero(); 2]);
-        for (link, term) in self.links.iter().enumerate() {
+        for (link, term) in self.links[..chain].iter().enumerate() {
             if link > 0 {
                 (rates, twist) = term.segment.substitute_with(&self.constant[link], &twist);
             }
             response.push(ChainStep { twist, rates });
+        }
+        for (node, value) in (chain..).zip(self.movables) {
+            let mut own = Momentum::zero();
+            add_own(node, &mut own);
+            response.push(ChainStep { twist: value.minimiser_under(&own), rates: [T::zero(); 2] });
         }
     }
 }

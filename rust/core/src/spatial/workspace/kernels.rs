@@ -3,10 +3,10 @@
 use nalgebra::Vector2;
 
 use crate::contact::recovery::{RECOVERY_SPEED, RECOVERY_TIME};
-use crate::math::{Mask, Real};
+use crate::math::{Mask, Real, select_into};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
-use crate::spatial::spatial_vector::scaled;
+use crate::spatial::spatial_vector::{along, difference, scaled};
 use crate::spatial::{Frame, StageDrive, StageLink, StageSolution, Twist, certify};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{ClosingRow, MovedAxis, SolvedStage, StageKernels};
@@ -20,6 +20,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motion.base.copy_from(&self.motion.start);
         self.motion.guess.copy_from(&self.motion.start_velocity);
         self.motion.momentum.copy_from_slice(&self.motion.start_momentum);
+        self.motion.moved.copy_from_slice(&self.motion.start_velocity.moved);
         self.motion.start.place_links(&self.motion.shape, &mut self.motion.start_frames);
         self.motion.base_frames.copy_from_slice(&self.motion.start_frames);
         for (i, frame) in self.motion.start_frames.iter().enumerate() {
@@ -65,6 +66,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             let change = end.plus_scaled(start, -T::splat(1.0));
             *reference = start.plus_scaled(&change, T::splat(EXTRAPOLATION));
         }
+        for (k, reference) in self.motion.moved.iter_mut().enumerate() {
+            let (start, end) = (&self.motion.start_velocity.moved[k], &end.moved[k]);
+            *reference = along(start, &difference(end, start), T::splat(EXTRAPOLATION));
+        }
     }
 
     /// Predicts the end configuration of a stage of coefficient `c` and builds its links and joints there; `elapsed` is
@@ -79,6 +84,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.self_contacts.predict(&self.motion.frames);
         self.joint_stops.predict(self.bend(&self.motion.guess.rate));
         self.fill_links(elapsed);
+        self.fill_movables();
         self.fill_joints();
     }
 
@@ -94,6 +100,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             let [front, rear] = &self.forces.friction[i];
             friction[i] = [impulse(front, c), impulse(rear, c)];
             rolling[i] = impulse(&self.forces.rolling[i], c);
+        }
+        for (impulse, force) in self.solution.surface.iter_mut().zip(&self.surface_force) {
+            *impulse = scaled(force, c);
         }
         self.motors.fill(c, &mut self.stage.motors, &mut self.solution.gear);
         let angles = self.motion.start.angle.iter().flatten().zip(self.motion.base.angle.iter().flatten());
@@ -120,12 +129,20 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             }
             select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
         }
+        for (force, impulse) in self.surface_force.iter_mut().zip(&self.solution.surface) {
+            select_into(force, lanes, &scaled(impulse, per_second));
+        }
         self.motors.store(self.stage.coefficient, &self.solution.gear, lanes);
         self.joint_stops.arrive(self.bend(&self.solution.rate));
         let rates = self.motion.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
         let rates = rates.map(|(expected, rate)| (*expected, *rate));
         self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
         self.result.energy = work_of(&self.stage, &self.solution);
+        if self.has_springs {
+            for (movable, x) in self.movables.iter().zip(&self.solution.twist[self.motion.frames.len()..]) {
+                self.result.energy.friction += movable.spring.work_of_damper(self.stage.coefficient, &x.in_plane());
+            }
+        }
         self.measure_deviation();
         self.find_touchdowns();
     }
@@ -146,6 +163,10 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         }
         for (momentum, (link, x)) in momentum.iter_mut().zip(self.stage.links.iter().zip(twist)) {
             momentum.select_into(solved, &link.momentum_of(x));
+        }
+        for (k, x) in twist[self.motion.frames.len()..].iter().enumerate() {
+            select_into(&mut end.moved[k], solved, &x.in_plane());
+            select_into(&mut self.motion.guess.moved[k], again, &x.in_plane());
         }
         energy.select_into(solved, &self.result.energy);
         if self.drives.backlash.is_any {
@@ -194,7 +215,8 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn measure_deviation(&mut self) {
         let mut fastest = T::zero();
-        for (reach, (u, guess)) in self.reach.iter().zip(self.solution.twist.iter().zip(&self.motion.expected)) {
+        let reaches = self.reach.iter().chain(self.movables.iter().map(|movable| &movable.reach));
+        for (reach, (u, guess)) in reaches.zip(self.solution.twist.iter().zip(&self.motion.expected)) {
             let change = u.plus_scaled(guess, -T::splat(1.0));
             let (v, w) = (change.linear, change.angular);
             let linear = (v.x * v.x + v.y * v.y + v.z * v.z).sqrt();
@@ -208,7 +230,7 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn find_touchdowns(&mut self) {
         (self.result.touchdown, self.result.touchdown_forecast) = (T::splat(f64::INFINITY), T::splat(f64::INFINITY));
-        for (i, link) in self.stage.links.iter().enumerate() {
+        for (i, link) in self.stage.links[..self.motion.frames.len()].iter().enumerate() {
             for end in 0..2 {
                 let arm = link.ground_arm(end);
                 let row = ClosingRow {
@@ -246,6 +268,24 @@ impl<T: Real> Workspace<T> {
             if self.shares.is_any {
                 link.share = [factor * self.shares.share(2 * i), factor * self.shares.share(2 * i + 1)];
             }
+        }
+    }
+
+    #[inline(always)]
+    fn fill_movables(&mut self) {
+        let (c, first) = (self.stage.coefficient, self.motion.frames.len());
+        let links = self.stage.links[first..].iter_mut().zip(&mut self.stage.surfaces);
+        for (k, ((link, surface), movable)) in links.zip(&self.movables).enumerate() {
+            let mut reference = self.motion.moved[k];
+            reference.x += c * self.gravity.x;
+            reference.y += c * self.gravity.y;
+            link.mass = movable.mass;
+            if self.has_springs {
+                (link.mass, reference) = movable.spring.hold(c, &self.motion.base.moved[k], movable.mass, &reference);
+            }
+            (link.inertia, link.roll_inertia) = (movable.inertia, movable.inertia);
+            link.momentum = link.momentum_of(&Twist::upright(&reference));
+            *surface = scaled(&movable.friction, c);
         }
     }
 

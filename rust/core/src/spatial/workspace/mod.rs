@@ -12,13 +12,16 @@ pub use motion::{Motion, StageKinematics};
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::ContactMemory;
-use crate::math::{MAX_LANES, Mask, Real};
+use crate::math::{MAX_LANES, Mask, Real, laned};
+use crate::obstacles::Movable;
+use crate::robot::Link;
+use crate::spatial::spatial_vector::zero_vector;
 use crate::spatial::{
     ChainVelocity, Configuration, Frame, Momentum, Newton, SpatialSystem, Stage, StageFriction, StageLink,
     StageSolution,
 };
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closings, EnergyLedger, FrictionShares, JointStops, Motors};
+use crate::stepping::{Closings, EnergyLedger, FrictionShares, JointStops, Motors, StageSpring};
 
 use super::chain_state::GroundForces;
 use super::lane_fallback::LaneFallback;
@@ -40,6 +43,13 @@ pub struct Workspace<T: Real> {
     is_varied: bool,
     pub motion: Motion<T>,
     drives: Drives<T>,
+    /// Obstacles that can be pushed, as many as the robot of any lane has had, and those of the lanes' own robots; the others
+    /// of a lane rest and touch nothing.
+    movables: Vec<StageMovable<T>>,
+    pub own_movables: [usize; MAX_LANES],
+    has_springs: bool,
+    /// Their friction in the last stage \[N\], \[N m\].
+    surface_force: Vec<Vector3<T>>,
     /// Of each link, on the coefficients of friction of the ground.
     friction_factor: Vec<T>,
     shares: FrictionShares<T>,
@@ -97,9 +107,47 @@ pub struct Kept<T> {
     pub energy: EnergyLedger<T>,
 }
 
+/// Constants of something that can be pushed.
+#[derive(Debug, Clone, Copy)]
+struct StageMovable<T> {
+    mass: T,
+    inertia: T,
+    /// Farthest point of its outline that turning moves \[m\].
+    reach: T,
+    /// Semi-axes of its limit surface \[N\], \[N m\].
+    friction: Vector3<T>,
+    spring: StageSpring<T>,
+}
+
+laned! {
+    StageMovable { mass, inertia, reach, friction, spring };
+}
+
+impl<T: Real> StageMovable<T> {
+    fn none() -> Self {
+        let zero = T::zero();
+        Self { mass: zero, inertia: zero, reach: zero, friction: zero_vector(), spring: StageSpring::none() }
+    }
+}
+
+impl StageMovable<f64> {
+    fn of(system: &SpatialSystem, movable: &Movable) -> Self {
+        let Link { mass, inertia, .. } = movable.link;
+        let (reach, friction) = (movable.turning_reach(), movable.friction(-system.gravity.z));
+        Self { mass, inertia, reach, friction, spring: StageSpring::of(movable) }
+    }
+
+    /// In the place of one that only other lanes have.
+    fn absent(system: &SpatialSystem) -> Self {
+        let Link { mass, inertia, .. } = system.robot.links[0];
+        Self { mass, inertia, reach: 0.0, friction: Vector3::zeros(), spring: StageSpring::NONE }
+    }
+}
+
 impl<T: Real> Workspace<T> {
-    pub fn new(system: &SpatialSystem) -> Self {
+    pub fn new(system: &SpatialSystem, movables: usize) -> Self {
         let links = system.robot.link_count();
+        let nodes = links + movables;
         let zero = T::zero();
         Self {
             reach: system
@@ -110,25 +158,29 @@ impl<T: Real> Workspace<T> {
                 .collect(),
             gravity: system.gravity.map(T::splat),
             is_varied: false,
-            motion: Motion::new(system),
+            motion: Motion::new(system, movables),
             drives: Drives::new(system),
+            movables: vec![StageMovable::none(); movables],
+            own_movables: [0; MAX_LANES],
+            has_springs: false,
+            surface_force: vec![zero_vector(); movables],
             friction_factor: system.robot.links.iter().map(|link| T::splat(link.friction_factor)).collect(),
             shares: FrictionShares::new(2 * links, system.stribeck.speed, &system.patches),
             stood: vec![[T::Mask::of(|_| false); 2]; links],
             began_at_rest: T::Mask::of(|_| false),
-            contacts: ObstacleContacts::with_capacity(links, T::LANES),
-            self_contacts: SelfContactDetection::new(&system.robot),
-            known: std::array::from_fn(|_| ContactMemory::with_capacity(8 * links)),
+            contacts: ObstacleContacts::with_capacity(nodes, T::LANES),
+            self_contacts: SelfContactDetection::new(&system.robot, movables),
+            known: std::array::from_fn(|_| ContactMemory::with_capacity(8 * nodes)),
             supports: std::array::from_fn(|_| Vec::with_capacity(2 * links)),
             joint_stops: JointStops::new(&system.robot, 2),
             motors: Motors::new(&system.robot, 2),
             closings: Closings::none(),
             forces: GroundForces::none(links),
-            stage: empty_stage(system),
-            solution: StageSolution::new(links),
-            newton: Newton::new(links),
-            rest: RestCandidate::new(links),
-            fallback: LaneFallback::new(links),
+            stage: empty_stage(system, movables),
+            solution: StageSolution::new(links).among(movables),
+            newton: Newton::new(nodes),
+            rest: RestCandidate::new(nodes),
+            fallback: LaneFallback::new(links, movables),
             first_ground: vec![zero; links],
             result: StageResult {
                 energy: EnergyLedger::zero(),
@@ -136,12 +188,12 @@ impl<T: Real> Workspace<T> {
                 touchdown: zero,
                 touchdown_forecast: zero,
                 kept: Kept {
-                    end: ChainVelocity::rest(links),
+                    end: ChainVelocity::rest(links).among(movables),
                     momentum: vec![Momentum::zero(); links],
                     actuator: vec![[zero; 2]; links - 1],
                     energy: EnergyLedger::zero(),
                 },
-                arrival: Configuration::straight(links),
+                arrival: Configuration::straight(links).among(movables),
                 sinking_into_ground: zero,
                 sinking: [Sinking::No; MAX_LANES],
             },
@@ -150,8 +202,8 @@ impl<T: Real> Workspace<T> {
 }
 
 /// A stage with the constants of the system's robot.
-fn empty_stage<T: Real>(system: &SpatialSystem) -> Stage<T> {
-    let mut stage = Stage::with_capacity(system.robot.link_count());
+fn empty_stage<T: Real>(system: &SpatialSystem, movables: usize) -> Stage<T> {
+    let mut stage = Stage::with_capacity(system.robot.link_count() + movables);
     stage.axes.clone_from(&system.robot.axes);
     let zero = T::zero();
     let sliding = system.friction.map(T::splat);
@@ -170,5 +222,9 @@ fn empty_stage<T: Real>(system: &SpatialSystem) -> Stage<T> {
         share: [T::splat(1.0); 2],
         ground: [zero; 2],
     }));
+    // Upright, and never on its ends.
+    let upright = StageLink { axes: Frame::origin().axes, cg_offset: zero, share: [zero; 2], ..stage.links[0] };
+    stage.links.extend(std::iter::repeat_n(upright, movables));
+    stage.surfaces.resize(movables, zero_vector());
     stage
 }

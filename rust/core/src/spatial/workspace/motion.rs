@@ -1,7 +1,10 @@
 //! How the robots of a register move during a stage.
 
+use nalgebra::Vector3;
+
 use crate::math::{Laned, Real};
 use crate::robot::Link;
+use crate::spatial::spatial_vector::zero_vector;
 use crate::spatial::{
     ChainShape, ChainVelocity, Configuration, Frame, LinkAxis, Momentum, SpatialSystem, SpatialVector, Twist,
 };
@@ -23,8 +26,9 @@ pub struct Motion<T> {
     pub base: Configuration<T>,
     pub base_frames: Vec<Frame<T>>,
     pub guess: ChainVelocity<T>,
-    /// Reference momenta p_R, without gravity.
+    /// Reference momenta p_R, without gravity; of what can be pushed, reference velocities.
     pub momentum: Vec<Momentum<T>>,
+    pub moved: Vec<Vector3<T>>,
     /// Expected end configuration, and the twists of the guess there.
     pub predicted: Configuration<T>,
     pub frames: Vec<Frame<T>>,
@@ -45,25 +49,26 @@ pub struct StageKinematics<'a> {
 }
 
 impl<T: Real> Motion<T> {
-    pub fn new(system: &SpatialSystem) -> Self {
+    pub fn new(system: &SpatialSystem, movables: usize) -> Self {
         let count = system.robot.link_count();
         let none = || vec![SpatialVector::zero(); count];
         let frames = || vec![Frame::origin(); count];
         Self {
             shape: ChainShape::new(&system.robot),
             extent: system.robot.extent(),
-            start: Configuration::straight(count),
-            start_velocity: ChainVelocity::rest(count),
+            start: Configuration::straight(count).among(movables),
+            start_velocity: ChainVelocity::rest(count).among(movables),
             start_momentum: none(),
             start_frames: frames(),
             start_gap: vec![[T::zero(); 2]; count],
-            base: Configuration::straight(count),
+            base: Configuration::straight(count).among(movables),
             base_frames: frames(),
-            guess: ChainVelocity::rest(count),
+            guess: ChainVelocity::rest(count).among(movables),
             momentum: none(),
-            predicted: Configuration::straight(count),
+            moved: vec![zero_vector(); movables],
+            predicted: Configuration::straight(count).among(movables),
             frames: frames(),
-            expected: none(),
+            expected: vec![SpatialVector::zero(); count + movables],
             elapsed: T::zero(),
         }
     }

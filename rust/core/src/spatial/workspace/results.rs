@@ -21,7 +21,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Spatial;
 
     fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult> {
-        self.fallback.solve_lane(&self.stage, &mut self.solution, lane, tolerance, solves_left)
+        let nodes = self.motion.frames.len() + self.own_movables[lane];
+        self.fallback.solve_lane(&self.stage, &mut self.solution, (lane, nodes), tolerance, solves_left)
     }
 
     fn deviation(&self) -> T {
@@ -223,6 +224,7 @@ impl<T: Real> Workspace<T> {
     /// Keeps the forces of a lane's last stage as the next warm start.
     fn keep_forces(&self, lane: usize, state: &mut ChainState) {
         self.forces.read_lane(lane, &mut state.forces);
+        read_lane::<T, _>(&self.surface_force, lane, &mut state.surface);
         state.contacts.copy_from(&self.known[lane]);
     }
 }

@@ -3,13 +3,10 @@ use nalgebra::Vector3;
 use crate::laws::{LimitSurface, SurfaceEvaluation};
 use crate::math::{Real, dot};
 
-use super::link_term::LinkTerm;
-use super::sweep::Quadratic;
-
 /// Friction of the ground on what can be pushed, in proximal form around a multiplier, in coordinates in which its limit
-/// surface is the unit ball: what [`FrictionTerm`](crate::solver::FrictionTerm) is for links.
+/// surface is the unit ball: what [`FrictionTerm`](super::FrictionTerm) is for links.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SurfaceTerm<T> {
+pub(crate) struct SurfaceTerm<T> {
     law: LimitSurface<T>,
     /// r \[1/(kg m^2/s^2)\]: the stiffness of sticking over the square of the largest force.
     penalty: T,
@@ -38,41 +35,39 @@ impl<T: Real> SurfaceTerm<T> {
         self.law.scaled(&self.value)
     }
 
-    /// Moves to a twist; adds impulse and stiffness to the model of the body.
+    /// Moves to a twist; returns impulse and stiffness there.
     #[inline(always)]
-    pub fn add_to(&mut self, model: &mut Quadratic<T>, twist: &Vector3<T>) {
-        let SurfaceEvaluation { value, across, stiffness, along } =
-            self.law.evaluate(&self.centre, self.penalty, twist);
-        self.value = value;
-        (model.xx, model.yy, model.ww) = (model.xx + across.x, model.yy + across.y, model.ww + across.z);
-        model.add_rank_one(&along, -stiffness, T::zero());
-        model.subtract_force(&self.impulse());
+    pub fn evaluate(&mut self, twist: &Vector3<T>) -> SurfaceEvaluation<T> {
+        let evaluation = self.law.evaluate(&self.centre, self.penalty, twist);
+        self.value = evaluation.value;
+        evaluation
     }
 
-    /// First and second derivative of the law's function by alpha along the step of a body.
+    /// First and second derivative of the law's function by alpha along the step of a body from a twist.
     #[inline(always)]
-    pub fn along(&self, body: &LinkTerm<T>, alpha: T) -> (T, T) {
-        self.law.along(&self.centre, self.penalty, &body.start, &body.step, alpha)
+    pub fn along(&self, [start, step]: [&Vector3<T>; 2], alpha: T) -> (T, T) {
+        self.law.along(&self.centre, self.penalty, start, step, alpha)
     }
 
     /// The alpha at which its slope nearly jumps; NaN where the step is zero.
     #[inline(always)]
-    pub fn kink(&self, body: &LinkTerm<T>) -> T {
-        self.law.kink(&self.centre, self.penalty, &body.start, &body.step)
+    pub fn kink(&self, [start, step]: [&Vector3<T>; 2]) -> T {
+        self.law.kink(&self.centre, self.penalty, start, step)
     }
 
     /// Square of how far the velocity is from obeying the law because the multiplier is not yet the impulse, as of
-    /// [`FrictionTerm`](crate::solver::FrictionTerm); a rate counts at the lever of the ground's friction \[m^2/s^2\].
+    /// [`FrictionTerm`](super::FrictionTerm), of a body of this mass; a rate counts at the lever of the ground's friction
+    /// \[m^2/s^2\].
     #[inline(always)]
-    pub fn squared_error(&self, body: &LinkTerm<T>) -> T {
+    pub fn squared_error(&self, twist: &Vector3<T>, mass: T) -> T {
         let (zero, force) = (T::zero(), self.law.axes.x);
         let change =
             Vector3::new(self.value.x - self.centre.x, self.value.y - self.centre.y, self.value.z - self.centre.z);
         let change = dot(&change, &change);
-        let slip = self.law.scaled(&body.twist);
+        let slip = self.law.scaled(twist);
         let squared_speed = dot(&slip, &slip) / (force * force);
         let slides = T::splat(SLIDING).lt(dot(&self.value, &self.value));
-        let (sticking, sliding) = (self.penalty * force, self.penalty * body.mass);
+        let (sticking, sliding) = (self.penalty * force, self.penalty * mass);
         let (sticking, sliding) = (sticking * sticking, sliding * sliding * squared_speed);
         let stiffness = T::select(slides, sticking.min(sliding), sticking);
         let violation = (change / stiffness).min(T::select(slides, squared_speed, T::splat(f64::INFINITY)));

@@ -1,0 +1,338 @@
+//! Contacts of obstacles that can be pushed with links, with fixed obstacles and with each other.
+//!
+//! They are upright and without end, like fixed obstacles without a height. What they touch is decided from above, by the gap
+//! functions of the plane: a link is seen as its shadow, a stadium of the same radius.
+
+use nalgebra::{Vector2, Vector3};
+
+use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
+use crate::contact::{
+    ContactId, LinkContact, LinkPairContact, PlacedLink, Source, features, link_obstacle_contact, link_obstacle_gap,
+    link_pair_contact, link_pair_gap, movable_contacts, touching_distance, visit_movable_pairs,
+};
+use crate::math::{Laned, Real};
+use crate::obstacles::{Node, Nodes, ObstacleGrid};
+use crate::robot::Link;
+use crate::stepping::penetration::{ALLOWED, Sinking};
+
+use super::workspace::{Motion, Workspace};
+use super::{Frame, LinkAxis, SpatialState, StageContact, StageObstacleFriction, StagePair, Twist, Wrench};
+
+/// Where the links of a robot are, and what it can push.
+pub(crate) trait Places {
+    fn link(&self, link: usize) -> LinkAxis;
+    /// (x, y, theta).
+    fn moved(&self, movable: usize) -> Vector3<f64>;
+}
+
+/// Those of a lane.
+#[derive(Clone, Copy)]
+struct InLane<'a, T> {
+    frames: &'a [Frame<T>],
+    moved: &'a [Vector3<T>],
+    lane: usize,
+}
+
+impl<T: Real> Places for InLane<'_, T> {
+    fn link(&self, link: usize) -> LinkAxis {
+        self.frames[link].axis_of(self.lane)
+    }
+
+    fn moved(&self, movable: usize) -> Vector3<f64> {
+        self.moved[movable].lane(self.lane)
+    }
+}
+
+impl Places for SpatialState {
+    fn link(&self, link: usize) -> LinkAxis {
+        LinkAxis::of(&self.pose[link])
+    }
+
+    fn moved(&self, movable: usize) -> Vector3<f64> {
+        self.movables[movable].pose
+    }
+}
+
+/// A link, or something that can be pushed, as it is seen from above.
+struct Seen<'a> {
+    /// Of a link, with the lengths of its shadow.
+    shadow: Option<(Link, LinkAxis)>,
+    node: Node<'a>,
+    pose: Vector3<f64>,
+    axis: Vector2<f64>,
+    /// Length of a shadow over that of its link.
+    scale: f64,
+}
+
+impl<'a> Seen<'a> {
+    fn of(nodes: Nodes<'a>, node: usize, places: &impl Places) -> Self {
+        let (links, of) = (nodes.links.len(), nodes.get(node));
+        if node >= links {
+            let PlacedLink { link, pose, axis } = PlacedLink::new(of, places.moved(node - links));
+            return Self { shadow: None, node: link, pose, axis, scale: 1.0 };
+        }
+        let at = places.link(node);
+        let scale = at.axis.xy().norm();
+        let axis = if scale > UPRIGHT { at.axis.xy() / scale } else { Vector2::x() };
+        let (contact_half_length, cg_offset) = (of.contact_half_length * scale, of.cg_offset * scale);
+        let shadow = Link { contact_half_length, cg_offset, ..*of.link };
+        Self { shadow: Some((shadow, at)), node: of, pose: at.position.xy().push(0.0), axis, scale }
+    }
+
+    fn placed(&self) -> PlacedLink<'_> {
+        let link = self.shadow.as_ref().map_or(self.node, |(shadow, _)| shadow.into());
+        PlacedLink { link, pose: self.pose, axis: self.axis }
+    }
+
+    /// From the CG of a link to the point of its centre line at this coordinate of its shadow.
+    fn arm(&self, at: &LinkAxis, along: f64) -> Vector3<f64> {
+        at.axis * if self.scale > UPRIGHT { along / self.scale } else { self.node.cg_offset }
+    }
+
+    /// A unit impulse `normal` on it, which in the plane has the given direction.
+    fn wrench(&self, normal: &Vector2<f64>, along: f64, direction: &Vector3<f64>) -> Wrench {
+        let Some((_, at)) = &self.shadow else { return Wrench::upright(direction) };
+        let linear = normal.push(0.0);
+        Wrench { linear, angular: self.arm(at, along).cross(&linear) }
+    }
+
+    /// How far a point of it has moved to where it is `there`, as a twist that has the power of that on the same impulse.
+    fn moved_to(&self, there: &Self, along: f64) -> Twist {
+        match (&self.shadow, &there.shadow) {
+            (Some((_, from)), Some((_, to))) => {
+                let point = |at: &LinkAxis| at.position + self.arm(at, along);
+                Twist { linear: point(to) - point(from), ..Twist::zero() }
+            }
+            _ => Twist::upright(&(there.pose - self.pose)),
+        }
+    }
+}
+
+/// The contact of two nodes at a feature, with the impulses on both in 3D.
+struct SeenPair<'a>([Seen<'a>; 2]);
+
+impl<'a> SeenPair<'a> {
+    fn of(nodes: Nodes<'a>, pair: [usize; 2], places: &impl Places) -> Self {
+        Self(pair.map(|node| Seen::of(nodes, node, places)))
+    }
+
+    fn with_placed<R>(&self, of: impl FnOnce([&PlacedLink; 2]) -> R) -> R {
+        let [first, second] = &self.0;
+        of([&first.placed(), &second.placed()])
+    }
+
+    fn wrenches(&self, LinkPairContact { normal, along, direction, .. }: &LinkPairContact) -> [Wrench; 2] {
+        let into = [*normal, -normal];
+        [0, 1].map(|k| self.0[k].wrench(&into[k], along[k], &direction[k]))
+    }
+}
+
+/// One robot with what it can push in a stage.
+struct NodesInStage<'a, T> {
+    nodes: Nodes<'a>,
+    start: InLane<'a, T>,
+    base: InLane<'a, T>,
+    end: InLane<'a, T>,
+    expected: &'a [Twist<T>],
+    /// c \[s\].
+    coefficient: f64,
+    /// Time from the start of the step to the end of the stage \[s\].
+    elapsed: f64,
+}
+
+impl<'a, T: Real> NodesInStage<'a, T> {
+    fn of(motion: &'a Motion<T>, coefficient: T, nodes: Nodes<'a>, lane: usize) -> Self {
+        let places = |frames: &'a [Frame<T>], moved: &'a [Vector3<T>]| InLane { frames, moved, lane };
+        Self {
+            nodes,
+            start: places(&motion.start_frames, &motion.start.moved),
+            base: places(&motion.base_frames, &motion.base.moved),
+            end: places(&motion.frames, &motion.predicted.moved),
+            expected: &motion.expected,
+            coefficient: coefficient.lane(lane),
+            elapsed: motion.elapsed.lane(lane),
+        }
+    }
+
+    fn expected(&self, node: usize) -> Twist {
+        self.expected[node].lane(self.end.lane)
+    }
+
+    /// The row of two nodes; see [`super::obstacle_contacts`] for where gaps are linearised.
+    fn pair_row(&self, pair: [usize; 2], feature: usize, end: &SeenPair, at_end: &LinkPairContact) -> StagePair {
+        let start = SeenPair::of(self.nodes, pair, &self.start);
+        let at_start = start.with_placed(|links| link_pair_contact(links, feature));
+        let touching = pair.map(|node| self.nodes.get(node).radius).iter().sum::<f64>();
+        let displacement = [0, 1].map(|k| (end.0[k].pose - start.0[k].pose).xy().norm()).iter().sum::<f64>();
+        let is_deep = at_end.gap < -DEEP * touching;
+        let passes = displacement > touching && at_start.normal.dot(&at_end.normal) < SAME_SIDE;
+        let (direction, gap, travelled) = if (is_deep || passes) && at_start.gap < f64::INFINITY {
+            let direction = start.wrenches(&at_start);
+            let base = SeenPair::of(self.nodes, pair, &self.base);
+            let moved = [0, 1].map(|k| direction[k].dot(&start.0[k].moved_to(&base.0[k], at_start.along[k])));
+            (direction, at_start.gap, -(moved[0] + moved[1]))
+        } else {
+            let direction = end.wrenches(at_end);
+            let closing = [0, 1].map(|k| direction[k].dot(&self.expected(pair[k])));
+            (direction, at_end.gap, self.coefficient * (closing[0] + closing[1]))
+        };
+        let depth = (-at_start.gap).max(0.0);
+        StagePair { links: pair, direction, offset: offset(gap, travelled, depth, self.coefficient, self.elapsed) }
+    }
+
+    /// The row of something that can be pushed and a fixed obstacle or its stop, and friction there, if they may touch.
+    fn obstacle_row(
+        &self,
+        node: usize,
+        obstacles: &ObstacleGrid,
+        at: (usize, usize),
+    ) -> Option<(StageContact, Option<StageObstacleFriction>)> {
+        let of = self.nodes.get(node);
+        let contact =
+            |places: &InLane<T>| contact_with(of, &places.moved(node - self.nodes.links.len()), obstacles, at);
+        let (at_end, at_start) = (contact(&self.end), contact(&self.start));
+        let is_covered = at_end.is_redundant && (at_start.is_redundant || at_end.gap > -of.radius);
+        if at_end.gap >= MARGIN || is_covered {
+            return None;
+        }
+        let place = |places: &InLane<T>| places.moved(node - self.nodes.links.len());
+        let touching = touching_distance(&of, obstacles, at.0);
+        let is_deep = at_end.gap < -DEEP * touching;
+        let displacement = (place(&self.end) - place(&self.start)).xy().norm();
+        let is_same_side = at_start.direction.xy().dot(&at_end.direction.xy()) > SAME_SIDE;
+        let passes = displacement > touching && !is_same_side;
+        let (plane, travelled) = if (is_deep || passes) && !at_start.is_redundant {
+            (at_start, -at_start.direction.dot(&(place(&self.base) - place(&self.start))))
+        } else {
+            (at_end, self.coefficient * at_end.direction.dot(&self.expected(node).in_plane()))
+        };
+        let depth = if at_start.is_redundant { 0.0 } else { (-at_start.gap).max(0.0) };
+        let offset = offset(plane.gap, travelled, depth, self.coefficient, self.elapsed);
+        let coefficient = obstacles.friction(at.0);
+        let friction = (coefficient > 0.0).then(|| StageObstacleFriction {
+            tangents: [Wrench::upright(&plane.tangent()), Wrench::zero()],
+            coefficient,
+        });
+        Some((StageContact { link: node, direction: Wrench::upright(&plane.direction), offset }, friction))
+    }
+}
+
+impl<T: Real> Workspace<T> {
+    /// Finds the contacts of a lane's obstacles that can be pushed with fixed ones and with their stops.
+    pub(super) fn find_movable_contacts(&mut self, lane: usize, nodes: Nodes, obstacles: &ObstacleGrid) {
+        let Self { contacts, known, motion, stage, .. } = self;
+        let stage = NodesInStage::of(motion, stage.coefficient, nodes, lane);
+        for node in nodes.links.len()..nodes.count() {
+            visit_neighbours(nodes, node, &stage.start, &stage.end, obstacles, |(obstacle, feature)| {
+                if let Some((row, friction)) = stage.obstacle_row(node, obstacles, (obstacle, feature)) {
+                    let id = ContactId { link: node, with: Source::Obstacle(obstacle), feature };
+                    contacts.add(lane, id, known[lane].of(id), row, friction);
+                }
+            });
+        }
+    }
+
+    /// Finds their contacts with links and with each other.
+    pub(super) fn find_movable_pairs(&mut self, lane: usize, nodes: Nodes) {
+        let Self { self_contacts, known, motion, stage, .. } = self;
+        let stage = NodesInStage::of(motion, stage.coefficient, nodes, lane);
+        let place = |node: usize| Seen::of(nodes, node, &stage.end).pose.xy();
+        visit_movable_pairs(nodes, place, MARGIN, |first, second| {
+            let end = SeenPair::of(nodes, [first, second], &stage.end);
+            end.with_placed(|links| {
+                for (feature, contact) in movable_contacts(links, MARGIN) {
+                    let known = known[lane].of(ContactId::of_pair([first, second], feature));
+                    let row = stage.pair_row([first, second], feature, &end, &contact);
+                    self_contacts.rows.add(lane, feature, known, row);
+                }
+            });
+        });
+    }
+
+    /// What the step does to the penetrations of what a lane's robot can push.
+    pub(super) fn sinking_of_movables(&self, lane: usize, nodes: Nodes, obstacles: &ObstacleGrid) -> Sinking {
+        let motion = &self.motion;
+        let start = &InLane { frames: &motion.start_frames, moved: &motion.start.moved, lane };
+        let end = InLane { frames: &motion.frames, moved: &self.result.arrival.moved, lane };
+        let mut sinking = Sinking::No;
+        let seen = |node: usize, places: &InLane<T>| Seen::of(nodes, node, places).pose;
+        let travelled = |node: usize| (seen(node, &end) - seen(node, start)).xy().norm();
+        for node in nodes.links.len()..nodes.count() {
+            let (of, places) = (nodes.get(node), [start, &end].map(|places| places.moved(node - nodes.links.len())));
+            let may_cross = travelled(node) > of.radius;
+            visit_neighbours(nodes, node, start, &end, obstacles, |at| {
+                let [start, end] = places.map(|pose| gap_with(of, &pose, obstacles, at));
+                if end < -ALLOWED {
+                    sinking = sinking.max(Sinking::of(start, end));
+                }
+                if may_cross && start.min(end) < travelled(node) {
+                    sinking = sinking.max(Sinking::TooDeep);
+                }
+            });
+        }
+        let farthest = (0..nodes.count()).map(travelled).fold(0.0, f64::max);
+        visit_movable_pairs(
+            nodes,
+            |node| seen(node, &end).xy(),
+            2.0 * farthest,
+            |first, second| {
+                let gap = |places| SeenPair::of(nodes, [first, second], places).with_placed(link_pair_gap);
+                let [at_start, at_end] = [gap(start), gap(&end)];
+                if at_end < -ALLOWED {
+                    sinking = sinking.max(Sinking::of(at_start, at_end));
+                }
+                let way = travelled(first) + travelled(second);
+                if way > nodes.get(first).radius.min(nodes.get(second).radius) && at_start.min(at_end) < way {
+                    sinking = sinking.max(Sinking::TooDeep);
+                }
+            },
+        );
+        sinking
+    }
+}
+
+/// Calls `visit` with every fixed obstacle, and the stop, that something that can be pushed may touch in a step, and each of
+/// the features of the pair.
+fn visit_neighbours(
+    nodes: Nodes,
+    node: usize,
+    start: &impl Places,
+    end: &impl Places,
+    obstacles: &ObstacleGrid,
+    mut visit: impl FnMut((usize, usize)),
+) {
+    let (k, of) = (node - nodes.links.len(), nodes.get(node));
+    let (from, to) = (start.moved(k).xy(), end.moved(k).xy());
+    let mut visit_all =
+        |obstacle: usize| (0..features(&of, obstacles, obstacle)).for_each(|feature| visit((obstacle, feature)));
+    obstacles.visit_obstacles(&to, of.reach() + (to - from).norm() + MARGIN, &mut visit_all);
+    if nodes.movables[k].travel().is_finite() {
+        visit_all(obstacles.len() + k);
+    }
+}
+
+fn contact_with(of: Node, pose: &Vector3<f64>, obstacles: &ObstacleGrid, at: (usize, usize)) -> LinkContact {
+    let (sin, cos) = pose.z.sin_cos();
+    link_obstacle_contact(pose, cos, sin, of, obstacles, at)
+}
+
+fn gap_with(of: Node, pose: &Vector3<f64>, obstacles: &ObstacleGrid, at: (usize, usize)) -> f64 {
+    let (sin, cos) = pose.z.sin_cos();
+    link_obstacle_gap(pose, cos, sin, of, obstacles, at)
+}
+
+/// Smallest gap of what can be pushed to links and to each other \[m\]; infinite where nothing is near.
+pub(crate) fn movable_gap(nodes: Nodes, places: &impl Places) -> f64 {
+    let mut smallest = f64::INFINITY;
+    let place = |node: usize| Seen::of(nodes, node, places).pose.xy();
+    visit_movable_pairs(nodes, place, 0.0, |first, second| {
+        smallest = smallest.min(SeenPair::of(nodes, [first, second], places).with_placed(link_pair_gap));
+    });
+    smallest
+}
+
+/// Predicted gap up to which a pair takes part \[m\].
+const MARGIN: f64 = 0.02;
+
+/// Length of the shadow of a link, over its own, below which it is upright.
+const UPRIGHT: f64 = 1e-9;

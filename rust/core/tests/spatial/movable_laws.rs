@@ -1,0 +1,499 @@
+//! What holds of obstacles that can be pushed in 3D: upright discs, boxes and polygons.
+
+use nalgebra::{Vector2, Vector3};
+use snake_core::control::ControllerConfig;
+use snake_core::gait::{CardanGait, CardanTarget, Gait, Reference, Wave};
+use snake_core::obstacles::{Heights, Moved, Obstacle, ObstacleGrid, Peg, Shape, Spring};
+use snake_core::planar;
+use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::{START_FREE, Scene, SceneConfig};
+use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
+use snake_core::slope::Slope;
+use snake_core::solver::{CoupledStage, SolveStatus};
+use snake_core::spatial::{
+    CoulombNewton, Fallback, Newton, Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, Stage,
+    StageContact, StageLink, StagePair, StageSolution, Twist, Wrench, certify, orientation_of, twist_of,
+};
+use snake_core::stepping::{ImplicitConfig, StepStatistics};
+use snake_test_support::allocation::REQUESTS;
+use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit as planar_implicit, links};
+use snake_test_support::spatial::{implicit, sidewinding, undulation};
+
+use super::stage::moving;
+
+const GRAVITY: f64 = 9.81;
+
+fn movable(shape: Shape, mass: f64, ground_friction: f64) -> Obstacle {
+    Obstacle { mass: Some(mass), ground_friction, ..Obstacle::endless(shape) }
+}
+
+fn disc([radius, x, y]: [f64; 3], mass: f64, ground_friction: f64) -> Obstacle {
+    movable(Shape::Circle(Peg { radius, x, y }), mass, ground_friction)
+}
+
+fn boxed(size: [f64; 2], [x, y, angle]: [f64; 3], mass: f64, ground_friction: f64) -> Obstacle {
+    movable(Shape::Box { size, x, y, angle }, mass, ground_friction)
+}
+
+fn sprung(place: [f64; 3], mass: f64, stiffness: f64, damping: f64, travel: Option<f64>) -> Obstacle {
+    Obstacle { spring: Some(Spring { stiffness, damping, travel }), ..disc(place, mass, 0.0) }
+}
+
+/// Nothing drives the joints.
+struct Still;
+
+impl Reference<CardanTarget> for Still {
+    fn target(&self, _: usize, _: f64) -> CardanTarget {
+        CardanTarget::default()
+    }
+}
+
+fn lying(
+    robot: &RobotConfig,
+    scene: &SceneConfig,
+    pd: &ControllerConfig,
+    config: &ImplicitConfig,
+    ([x, y, yaw], yaws): ([f64; 3], &[f64]),
+) -> SpatialSimulation {
+    let mut simulation = SpatialSimulation::new(robot, scene, pd, config).expect("admissible");
+    let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
+    simulation.place_chain(head, &yaws.iter().map(|yaw| Vector2::new(*yaw, 0.0)).collect::<Vec<_>>());
+    simulation.rest_on_ground();
+    simulation
+}
+
+/// Obstacles far from a robot at rest.
+fn beside(obstacles: Vec<Obstacle>, step: f64, order: u32) -> SpatialSimulation {
+    let scene = SceneConfig { obstacles, ..ground([0.2, 0.2]) };
+    lying(&links(2), &scene, &ControllerConfig::default(), &implicit(step, order), ([0.0, -5.0, 0.0], &[0.0]))
+}
+
+fn push_off(simulation: &mut SpatialSimulation, twists: &[Vector3<f64>]) {
+    let mut state = simulation.state().clone();
+    state.movables.iter_mut().zip(twists).for_each(|(moved, twist)| moved.twist = *twist);
+    simulation.place(&state);
+}
+
+fn moved(simulation: &SpatialSimulation, body: usize) -> Moved {
+    simulation.state().movables[body]
+}
+
+fn solved(report: StepStatistics) {
+    assert!(report.unconverged == 0 && !report.diverged && !report.penetrated && report.relaxed == 0, "{report:?}");
+}
+
+/// v^2 / (2 mu g) and omega^2 I / (2 mu m g lever), and then exact rest.
+#[test]
+fn what_slides_or_spins_freely_stops_after_its_braking_way() {
+    let (mass, friction) = (2.0, 0.3);
+    for (step, order) in [(2e-3, 1), (1e-2, 2), (2.5e-2, 2)] {
+        let obstacles = vec![disc([0.1, 0.0, 0.0], mass, friction), boxed([0.3, 0.2], [0.0, 2.0, 0.4], mass, friction)];
+        let mut simulation = beside(obstacles, step, order);
+        push_off(&mut simulation, &[Vector3::new(0.42, 0.56, 0.0), Vector3::new(0.0, 0.0, 5.0)]);
+        solved(simulation.advance(1.0, &Still));
+        let (way, turn) = (moved(&simulation, 0).pose, moved(&simulation, 1).pose.z);
+        let exact = 0.49 / (2.0 * friction * GRAVITY);
+        let (inertia, lever) = simulation.movables().nth(1).map(|(one, _)| (one.link.inertia, one.spin_lever)).unwrap();
+        let exact_turn = 25.0 * inertia / (2.0 * friction * mass * GRAVITY * lever);
+        let allowed = if order == 1 { 6e-3 } else { 2e-3 };
+        assert!(
+            (way.xy() - Vector2::new(0.6, 0.8) * exact).norm() < allowed * exact + 0.4 * step * f64::from(2 - order)
+        );
+        assert!(
+            (turn - exact_turn).abs() < allowed * exact_turn + 3.0 * step * f64::from(2 - order),
+            "{turn} {exact_turn}"
+        );
+        let before = simulation.state().movables.clone();
+        assert!(before.iter().all(|moved| moved.twist.norm() < 1e-12), "{before:?}");
+        simulation.advance(1.0, &Still);
+        assert!(simulation.state().movables.iter().zip(&before).all(|(a, b)| (a.pose - b.pose).norm() < 1e-12));
+    }
+}
+
+/// Down a slope and away from the robot: sliding and spinning together, springs and stops, walls, pegs, impacts on and off the
+/// centre.
+#[test]
+fn without_links_near_they_move_as_in_the_plane() {
+    let wall = Obstacle::endless(Shape::Segment { start: [-1.5, -3.0], end: [-1.5, 3.0] });
+    let rough =
+        Obstacle { friction: 0.4, ..Obstacle::endless(Shape::Box { size: [0.2, 1.0], x: -1.4, y: 8.0, angle: 0.1 }) };
+    let obstacles = vec![
+        wall,
+        [0.1, -0.8, 1.05].into(),
+        rough,
+        boxed([0.3, 0.2], [0.0, 0.0, 0.4], 1.0, 0.1),
+        boxed([0.2, 0.2], [-0.8, 0.1, 0.1], 2.0, 0.4),
+        disc([0.12, 0.0, 1.0], 0.5, 0.05),
+        sprung([0.08, 0.0, 2.0], 1.0, 60.0, 3.0, None),
+        sprung([0.08, 0.0, 2.5], 1.0, 60.0, 3.0, Some(0.02)),
+        movable(Shape::Polygon { vertices: vec![[0.0, 3.0], [0.3, 3.0], [0.3, 3.2]] }, 1.0, 0.0),
+        boxed([0.3, 0.2], [-1.1, 8.0, 0.4], 1.0, 0.1),
+    ];
+    let spins = [3.0, 0.0, 1.0, 0.0, 0.0, -2.0, 0.0].map(|spin| Vector3::new(-0.3, 0.1, spin));
+    let scene = SceneConfig { obstacles, slope: Slope { angle: 0.3, direction: 0.0 }, ..ground([0.9, 0.9]) };
+    let start = ([0.0, -6.0, 0.0], &[0.0][..]);
+    let mut spatial = lying(&links(2), &scene, &ControllerConfig::default(), &implicit(1e-3, 2), start);
+    push_off(&mut spatial, &spins);
+    let mut plane: PlanarSimulation = build(&links(2), &scene, &ControllerConfig::default(), &planar_implicit(1e-3, 2));
+    plane.place_chain(0.0, -6.0, 0.0, &[0.0]);
+    let mut state = plane.state().clone();
+    state.movables.clone_from(&spatial.state().movables);
+    plane.place(&state);
+    let mut farthest: f64 = 0.0;
+    for _ in 0..60 {
+        solved(spatial.advance(0.02, &Still));
+        solved(plane.advance(0.02, &Hold(0.0)));
+        for (ours, theirs) in spatial.state().movables.iter().zip(&plane.state().movables) {
+            farthest = farthest.max((ours.pose - theirs.pose).amax());
+        }
+        assert!((spatial.min_gap() - plane.min_gap()).abs() < 1e-3 || spatial.min_gap().abs() < 1e-4);
+    }
+    let way = spatial
+        .state()
+        .movables
+        .iter()
+        .zip(spatial.movables())
+        .map(|(moved, (one, _))| one.deflection(&moved.pose.xy()).norm());
+    println!("{farthest:.1e} from the plane after ways of {:.2?}", way.collect::<Vec<_>>());
+    assert!(farthest < 2e-3, "{farthest}");
+}
+
+/// Planar momentum of a robot and of what it pushes.
+fn momentum(simulation: &SpatialSimulation) -> (Vector2<f64>, f64) {
+    let (mut linear, mut angular) = (Vector2::zeros(), 0.0);
+    let mut add = |mass: f64, inertia: f64, place: Vector2<f64>, velocity: Vector2<f64>, rate: f64| {
+        linear += velocity * mass;
+        angular += mass * place.perp(&velocity) + inertia * rate;
+    };
+    let state = simulation.state();
+    for ((link, pose), twist) in simulation.robot().links.iter().zip(&state.pose).zip(&state.twist) {
+        let turning = pose.orientation * snake_core::spatial::turning(twist);
+        add(link.mass, link.inertia, pose.position.xy(), Vector2::new(twist[0], twist[1]), turning.z);
+    }
+    for (one, Moved { pose, twist }) in simulation.movables() {
+        add(one.link.mass, one.link.inertia, pose.xy(), twist.xy(), twist.z);
+    }
+    (linear, angular)
+}
+
+/// A limp robot on ice runs into things on ice: the momentum of all is kept, no energy comes from nowhere, and, lying flat, it
+/// moves as in the plane.
+#[test]
+fn a_robot_that_runs_into_things_shares_its_momentum_and_lies_as_in_the_plane() {
+    let things = [
+        vec![disc([0.12, -0.4, 0.03], 1.5, 0.0)],
+        vec![boxed([0.2, 0.3], [-0.4, 0.06, 0.3], 1.5, 0.0)],
+        vec![boxed([0.2, 0.2], [-0.36, 0.02, 0.0], 0.5, 0.0), boxed([0.1, 0.4], [-0.6, 0.1, 0.1], 1.0, 0.0)],
+    ];
+    for obstacles in things {
+        let scene = SceneConfig { obstacles, ..ground([0.0, 0.0]) };
+        let yaws = [0.1, -0.1, 0.1, -0.1];
+        let mut ours = lying(&links(5), &scene, &LIMP, &implicit(2e-3, 2), ([0.0, 0.0, 0.0], &yaws));
+        let mut state = ours.state().clone();
+        state.twist.fill(twist_of(Vector3::new(-0.5, 0.0, 0.0), Vector3::zeros()));
+        ours.place(&state);
+        let mut plane: PlanarSimulation = build(&links(5), &scene, &LIMP, &planar_implicit(2e-3, 2));
+        plane.place_chain(0.0, 0.0, 0.0, &yaws);
+        let mut state = plane.state().clone();
+        state.twist.fill(planar::Twist::new(-0.5, 0.0, 0.0));
+        plane.place(&state);
+        let (before, energy) = (momentum(&ours), ours.energy());
+        let (mut least, mut farthest) = (energy, 0.0_f64);
+        for _ in 0..250 {
+            solved(ours.advance(2e-3, &Still));
+            solved(plane.advance(2e-3, &Hold(0.0)));
+            assert!(ours.energy() < least + 1e-6 * energy, "{} after {least}", ours.energy());
+            least = least.min(ours.energy());
+            assert!(ours.min_gap() > -1e-4, "{}", ours.min_gap());
+            let here = ours.state().pose.iter().map(|pose| pose.position.xy());
+            let there = plane.state().pose.iter().map(|pose| pose.xy());
+            farthest = here.zip(there).map(|(a, b)| (a - b).norm()).fold(farthest, f64::max);
+            let bodies = ours.state().movables.iter().zip(&plane.state().movables);
+            farthest = bodies.map(|(a, b)| (a.pose - b.pose).norm()).fold(farthest, f64::max);
+        }
+        let after = momentum(&ours);
+        println!("{farthest:.1e} m from the plane, {least} J of {energy} J");
+        assert!(moved(&ours, 0).twist.x < -0.1 && least < 0.98 * energy);
+        assert!((after.0 - before.0).norm() < 1e-9, "{} {}", after.0, before.0);
+        assert!((after.1 - before.1).abs() < 1e-4, "{} {}", after.1, before.1);
+        assert!(farthest < 1e-3, "{farthest} m from the plane");
+    }
+}
+
+/// A raised link pushes with its end, where it is, and turns a box about the vertical alone.
+#[test]
+fn a_raised_link_pushes_horizontally() {
+    let scene = SceneConfig { obstacles: vec![boxed([0.2, 0.3], [0.45, 0.1, 0.0], 1.0, 0.0)], ..ground([0.0, 0.0]) };
+    let robot = RobotConfig { gravity: 1e-9, ..links(2) };
+    let mut simulation = SpatialSimulation::new(&robot, &scene, &LIMP, &implicit(1e-3, 2)).unwrap();
+    let head = Pose { position: Vector3::new(0.0, 0.0, 0.6), orientation: orientation_of(0.0, 0.6, 0.3) };
+    simulation.place_chain(head, &[Vector2::new(0.2, -0.1)]);
+    let mut state = simulation.state().clone();
+    for (pose, twist) in state.pose.iter().zip(&mut state.twist) {
+        *twist = twist_of(Vector3::new(0.5, 0.0, 0.0), pose.orientation.inverse() * Vector3::zeros());
+    }
+    simulation.place(&state);
+    let (before, energy) = (momentum(&simulation), simulation.energy());
+    solved(simulation.advance(0.6, &Still));
+    let (after, Moved { twist, .. }) = (momentum(&simulation), moved(&simulation, 0));
+    assert!(twist.x > 0.1 && twist.z.abs() > 0.1, "{twist}");
+    assert!((after.0 - before.0).norm() < 1e-6, "{} {}", after.0, before.0);
+    let rising: f64 = simulation.state().twist.iter().map(|twist| twist[2]).sum();
+    assert!(rising.abs() < 1e-5, "nothing pushes up: {rising}");
+    assert!(simulation.energy() < energy && simulation.min_gap() > -1e-4);
+}
+
+/// Eleven links under a gait among things: energy is what actuators and friction leave of it, less what impacts take.
+#[test]
+fn work_of_a_robot_among_things_is_energy_and_dissipation() {
+    let obstacles = vec![
+        disc([0.06, 1.0, 0.1], 0.3, 0.3),
+        boxed([0.12, 0.1], [0.9, -0.18, 0.3], 0.3, 0.3),
+        sprung([0.06, 0.4, 0.25], 0.3, 200.0, 2.0, Some(0.04)),
+        disc([0.06, -3.0, 0.0], 0.3, 0.3),
+    ];
+    let scene = SceneConfig { obstacles, ..ground([0.1, 0.6]) };
+    let gait = undulation();
+    for step in [1e-2, 2.5e-3] {
+        let yaws: Vec<f64> = (0..10).map(|j| gait.target(j, 0.0).yaw.angle).collect();
+        let config = implicit(step, 2);
+        let mut simulation =
+            lying(&RobotConfig::default(), &scene, &ControllerConfig::default(), &config, (START_FREE, &yaws));
+        let (first, mut work) = (simulation.energy(), 0.0);
+        for _ in 0..300 {
+            let report = simulation.advance(1e-2, &gait);
+            solved(report);
+            work += report.friction_work + report.actuator_work;
+            assert!(simulation.min_gap() > -1e-3, "{}", simulation.min_gap());
+        }
+        let way: Vec<f64> = simulation.movables().map(|(one, at)| one.deflection(&at.pose.xy()).norm()).collect();
+        let lost = work - (simulation.energy() - first);
+        println!("steps of {step} s: {way:.2?} m, impacts and round-off take {lost:.4} J");
+        assert!(way[..3].iter().any(|way| *way > 0.02) && way[3] == 0.0, "{way:?}");
+        assert!((-1e-3..0.3).contains(&lost), "{lost}");
+        let sum: Vector3<f64> = simulation.contact_impulse().iter().sum();
+        let of_obstacles: Vector3<f64> = simulation.obstacle_impulse().iter().sum();
+        assert!((sum - of_obstacles).norm() < 1e-12);
+    }
+}
+
+/// Things apart from each other.
+fn cluttered(random: &mut Random, count: usize) -> Vec<Obstacle> {
+    let mut all: Vec<([f64; 3], Obstacle)> = Vec::new();
+    while all.len() < count {
+        let place = [random.between(0.03, 0.12), random.between(-1.2, 1.6), random.between(0.2, 1.0)];
+        let (mass, friction) = (random.magnitude(0.05, 5.0), random.between(0.1, 0.6));
+        let one = match all.len() % 3 {
+            0 => disc(place, mass, friction),
+            1 => boxed([place[0]; 2], [place[1], place[2], random.between(0.0, 3.0)], mass, friction),
+            _ => sprung(place, mass, random.magnitude(50.0, 5000.0), 1.0, Some(0.03)),
+        };
+        let gap = |other: &[f64; 3]| (place[1] - other[1]).hypot(place[2] - other[2]) - other[0] - place[0];
+        if all.iter().all(|(other, _)| gap(other) > 0.0) {
+            all.push((place, one));
+        }
+    }
+    all.into_iter().map(|(_, one)| one).collect()
+}
+
+/// With none to seven things and some pegs around them, in two gaits.
+#[test]
+fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_things() {
+    let scene = Scene::new(&ground([0.1, 0.5])).unwrap();
+    let controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
+    let system = SpatialSystem::new(Robot::new(&RobotConfig::default()).unwrap(), &scene, controller).unwrap();
+    let robot = |k: usize| {
+        let mut obstacles = cluttered(&mut Random::new(7 + k as u64), (3 * k) % 8);
+        for one in &mut obstacles {
+            match &mut one.shape {
+                Shape::Circle(peg) => peg.y -= 0.6,
+                Shape::Box { y, .. } => *y -= 0.6,
+                _ => unreachable!("a disc or a box"),
+            }
+        }
+        if k.is_multiple_of(2) {
+            obstacles.push([0.1, -0.9, 0.1].into());
+        }
+        let gait = if k % 3 == 1 { sidewinding() } else { undulation() };
+        let target = |joint| gait.target(joint, 0.0);
+        let posture: Vec<_> =
+            (0..10).map(|joint| Vector2::new(target(joint).yaw.angle, target(joint).pitch.angle)).collect();
+        let [x, y, yaw] = START_FREE;
+        let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
+        SpatialScripted::<CardanGait>::new(&system.robot, ObstacleGrid::of(&obstacles), head, &posture, gait)
+    };
+    let robots = || -> Vec<_> { (0..11).map(robot).collect() };
+    let run = |robots: &mut [SpatialScripted<CardanGait>], width: usize| -> Vec<SpatialState> {
+        let mut fleet = SpatialFleet::new(ImplicitConfig::default(), &system, width);
+        for _ in 0..60 {
+            fleet.advance(&system, robots, 0.05, |_| true);
+        }
+        robots.iter().map(|robot| robot.body.state.clone()).collect()
+    };
+    let alone: Vec<_> = (0..11).map(|k| run(std::slice::from_mut(&mut robots()[k]), 1).remove(0)).collect();
+    let pushing =
+        robots().iter().zip(&alone).filter(|(robot, state)| robot.body.state.movables != state.movables).count();
+    assert!(pushing > 3, "{pushing} robots push something");
+    for width in [2, 11] {
+        let together = run(&mut robots(), width);
+        let other: Vec<usize> = (0..11).filter(|&k| together[k] != alone[k]).collect();
+        assert!(other.is_empty(), "robots {other:?} of a fleet made for {width} robots");
+    }
+}
+
+/// A snapshot in the middle of pushing continues bit for bit; nothing allocates in a step.
+#[test]
+fn a_run_among_things_continues_from_a_snapshot_and_allocates_nothing() {
+    let yields = sprung([0.06, 0.9, -0.15], 0.3, 100.0, 2.0, Some(0.02));
+    let obstacles = vec![boxed([0.12, 0.1], [1.0, 0.1, 0.2], 0.3, 0.3), yields];
+    let scene = SceneConfig { obstacles, ..ground([0.1, 0.6]) };
+    let gait = undulation();
+    let yaws: Vec<f64> = (0..10).map(|j| gait.target(j, 0.0).yaw.angle).collect();
+    let pd = ControllerConfig::default();
+    let new = || lying(&RobotConfig::default(), &scene, &pd, &implicit(1e-2, 2), (START_FREE, &yaws));
+    let mut simulation = new();
+    simulation.advance(2.0, &gait);
+    let saved = serde_json::to_string(&simulation.snapshot()).unwrap();
+    let before = REQUESTS.get();
+    simulation.advance(2.0, &gait);
+    assert_eq!(REQUESTS.get() - before, 0);
+    let mut again = new();
+    again.restore(&serde_json::from_str(&saved).unwrap());
+    again.advance(2.0, &gait);
+    assert_eq!(again.state(), simulation.state());
+    assert_ne!(again.state().movables, new().state().movables);
+}
+
+/// Another gait every two seconds, to which the joints jump, in a room with walls, pegs and things that move.
+#[test]
+fn random_motion_in_clutter_leaves_no_overlap_and_no_stage_unsolved_unreported() {
+    let mut random = Random::new(20);
+    for _ in 0..3 {
+        let mut obstacles = cluttered(&mut random, 6);
+        obstacles.extend([[0.08, -0.5, 1.4].into(), [0.1, 0.6, -0.5].into()]);
+        let corners = [[-1.3, -0.9], [1.7, -0.9], [1.7, 1.6], [-1.3, 1.6]];
+        obstacles
+            .extend((0..4).map(|k| Obstacle::endless(Shape::Segment { start: corners[k], end: corners[(k + 1) % 4] })));
+        let scene = SceneConfig { obstacles, ..ground([0.05, 0.5]) };
+        let robot = RobotConfig { links: 7, ..RobotConfig::default() };
+        let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
+        let mut simulation = lying(&robot, &scene, &pd, &ImplicitConfig::default(), ([-0.4, 0.6, 0.0], &[0.0; 6]));
+        let mut gait = undulation();
+        let (mut deepest, mut worst, mut flagged, mut pushing, mut unsolved) = (0.0_f64, 0.0_f64, 0, 0, 0);
+        for period in 0..300 {
+            if period % 20 == 0 {
+                let mut wave = |amplitude: f64| {
+                    let omega = random.between(1.0, 4.0);
+                    Gait::Wave(Wave { amplitude, omega, gamma: random.between(-0.3, 0.3), ..Wave::default() })
+                };
+                gait = CardanGait { yaw: wave(0.6), pitch: wave(0.15) };
+            }
+            let report = simulation.advance(0.1, &gait);
+            pushing += u32::from(simulation.obstacle_impulse()[6..].iter().any(|impulse| impulse.norm() > 0.0));
+            unsolved += report.unconverged;
+            assert!(!report.diverged);
+            worst = worst.max(if report.unconverged == 0 { report.residual } else { 0.0 });
+            flagged += u32::from(report.penetrated);
+            if period > 20 && !report.penetrated {
+                deepest = deepest.max(-simulation.min_gap());
+            }
+        }
+        println!(
+            "{deepest:.1e} m, residual {worst:.1e} m/s, {flagged} periods flagged, {unsolved} stages unsolved, {pushing} \
+             periods with a push"
+        );
+        assert!(deepest < 1e-3 && worst < 1e-3 && flagged + unsolved < 5 && pushing > 5);
+    }
+}
+
+#[test]
+fn what_would_be_no_level_ground_and_no_upright_body_is_refused() {
+    let error = |obstacles: Vec<Obstacle>| {
+        let scene = SceneConfig { obstacles, ..ground([0.2, 0.2]) };
+        let pd = ControllerConfig::default();
+        SpatialSimulation::new(&links(2), &scene, &pd, &ImplicitConfig::default()).map(|_| ()).unwrap_err().to_string()
+    };
+    let crate_ = boxed([0.2, 0.2], [3.0, 0.0, 0.0], 1.0, 0.2);
+    let friction = snake_core::obstacles::GroundFriction::OfGround;
+    let heights = Heights { height: vec![vec![0.0; 3]; 3], spacing: 0.1, origin: [5.0, 5.0], friction };
+    let cylinder = Shape::Cylinder { start: [0.0, 9.0, 0.2], end: [1.0, 9.0, 0.2], radius: 0.1, inside: false };
+    for shape in [Shape::HeightField(heights.into()), cylinder] {
+        let message = error(vec![crate_.clone(), Obstacle::endless(shape)]);
+        assert!(message.contains("scene.obstacles[1]") && message.contains("vertical"), "{message}");
+    }
+    let message = error(vec![Obstacle { height: Some(0.1), ..crate_.clone() }]);
+    assert!(message.contains("obstacles[0].height"), "{message}");
+    let message = error(vec![Obstacle { friction: 0.1, ..crate_ }]);
+    assert!(message.contains("obstacles[0].friction"), "{message}");
+}
+
+/// A chain that meets upright bodies, which meet each other and a wall.
+fn stage_with_bodies(random: &mut Random) -> (Stage, StageSolution) {
+    let mut stage = moving(random, 6);
+    stage.contacts.clear();
+    stage.obstacle_friction.clear();
+    for k in 0..3 {
+        let (mass, inertia) = (random.magnitude(0.2, 3.0), random.magnitude(0.002, 0.02));
+        let mut vector = |size: f64| Vector3::from_fn(|_, _| random.between(-size, size));
+        let mut body = StageLink { mass, inertia, roll_inertia: inertia, cg_offset: 0.0, ..stage.links[0] };
+        body.axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        let reference = vector(0.3).component_mul(&Vector3::new(1.0, 1.0, 10.0));
+        body.momentum = body.momentum_of(&upright(reference));
+        stage.links.push(body);
+        // Sliding, close to sticking, and on ice.
+        let force = [0.3, 60.0, 0.0][k] * mass * GRAVITY * stage.coefficient;
+        stage.surfaces.push(Vector3::new(force, force, 0.06 * force));
+        let normal = vector(1.0).xy().normalize();
+        let [near, far] = [0.1, -0.07].map(|lever| Vector3::new(normal.x, normal.y, lever));
+        let on_link = Wrench { linear: normal.push(0.0), angular: vector(0.03) };
+        let offset = -0.3 + 0.35 * k as f64;
+        stage.pairs.push(StagePair { links: [2 * k, 6 + k], direction: [on_link, upright(-near)], offset });
+        stage.contacts.push(StageContact { link: 6 + k, direction: upright(far), offset: offset + 0.1 });
+    }
+    let normal = Vector3::new(0.6, 0.8, 0.05);
+    stage.pairs.push(StagePair { links: [6, 7], direction: [upright(normal), upright(-normal)], offset: -0.2 });
+    let mut blank = StageSolution::new(6).among(3);
+    blank.contact.resize(stage.contacts.len(), 0.0);
+    blank.pair.resize(stage.pairs.len(), 0.0);
+    (stage, blank)
+}
+
+fn upright(planar: Vector3<f64>) -> Twist {
+    Twist { linear: planar.xy().push(0.0), angular: Vector3::z() * planar.z }
+}
+
+/// By Newton's method in lanes, by the one that knows Coulomb's law, and by the fallback; and no other impulse of friction
+/// under a body passes.
+#[test]
+fn all_solvers_find_the_velocities_of_a_stage_with_bodies() {
+    let mut random = Random::new(41);
+    let (mut sliding, mut worst) = (0, 0.0_f64);
+    for trial in 0..40 {
+        let (stage, blank) = stage_with_bodies(&mut random);
+        let (mut fast, mut slow, mut hard) = (blank.clone(), blank.clone(), blank);
+        assert!(Newton::new(9).solve(&stage, &mut fast, 1e-9, 500, true).converged, "trial {trial}");
+        assert!(CoulombNewton::new(9).continuation(&stage, &mut slow, 1e-9).1, "trial {trial}");
+        let (_, status) = Fallback::new(9).solve_hard(&stage, &mut hard, 1e-9, u32::MAX);
+        assert!(status == SolveStatus::Solved, "trial {trial}: {status:?}");
+        for (name, solution) in [("lanes", &fast), ("coupled", &slow), ("fallback", &hard)] {
+            let certificate = certify(&stage, solution);
+            assert!(certificate.residual() < 1e-6, "trial {trial}, {name}: {certificate:?}");
+            for (a, b) in solution.twist.iter().zip(&slow.twist) {
+                worst = worst.max((a.linear - b.linear).amax().max(0.1 * (a.angular - b.angular).amax()));
+            }
+        }
+        for (k, axes) in stage.surfaces.iter().enumerate().take(2) {
+            let held = fast.surface[k].component_div(axes).norm();
+            sliding += u32::from(held > 1.0 - 1e-6);
+            for axis in 0..3 {
+                let mut wrong = fast.clone();
+                wrong.surface[k][axis] += 0.1 * axes[axis];
+                assert!(certify(&stage, &wrong).residual() > 1e-4, "trial {trial}");
+            }
+        }
+        let body = &fast.twist[6];
+        assert!(body.linear.z == 0.0 && body.angular.xy() == Vector2::zeros(), "upright");
+    }
+    println!("{sliding} of 80 bodies slide, {worst:e} m/s apart");
+    assert!(worst < 1e-6 && (10..80).contains(&sliding), "{worst:e} {sliding}");
+}
