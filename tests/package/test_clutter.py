@@ -7,7 +7,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from snake_env import ConfigError, SnakeEnv, SnakeVectorEnv, evaluate
+from snake_env import SnakeVectorEnv, evaluate
 from snake_env.obstacles import Box, Circle
 
 
@@ -55,12 +55,14 @@ def test_heading_control_pushes_light_discs_out_of_the_way():
     assert easy is not None
 
 
-def test_random_actions_leave_no_overlap_and_no_solve_unreported():
-    with closing(SnakeVectorEnv(32, task="clutter", difficulty=1.0, num_threads=1)) as envs:
+@pytest.mark.parametrize(("model", "robots", "periods"), [("planar", 32, 150), ("spatial", 8, 60)])
+def test_random_actions_leave_no_overlap_and_no_solve_unreported(model, robots, periods):
+    with closing(SnakeVectorEnv(robots, model=model, task="clutter", difficulty=1.0, num_threads=1)) as envs:
         rng = np.random.default_rng(0)
         envs.reset(seed=0)
+        before = envs.state().obstacle_position
         unconverged = flagged = 0
-        for _ in range(150):
+        for _ in range(periods):
             info = envs.step(rng.uniform(-1.0, 1.0, envs.action_space.shape).astype(np.float32))[4]
             unconverged += int(np.sum(info["unconverged"]))
             flagged += int(np.sum(info["penetrated"]))
@@ -69,9 +71,6 @@ def test_random_actions_leave_no_overlap_and_no_solve_unreported():
             assert np.all(info["residual"][solved] < 1e-3)
         assert unconverged <= 2
         assert flagged <= 2
-        assert np.isfinite(envs.state().link_position).all()
-
-
-def test_only_the_planar_model_has_it():
-    with pytest.raises(ConfigError, match="planar"):
-        SnakeEnv(model="spatial", task="clutter")
+        state = envs.state()
+        assert np.isfinite(state.link_position).all()
+        assert np.nanmax(np.linalg.norm(state.obstacle_position - before, axis=2)) > 0.02

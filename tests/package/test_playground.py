@@ -289,7 +289,8 @@ def test_a_box_is_pushed_and_turned_and_taken_away(playground):
     page.mouse.up()
     _, *end = numbers(page, "pegs()")
     turned = numbers(page, "boxes()")[3]
-    assert np.linalg.norm(np.subtract(end, start)) > 0.05 and turned != 0.0
+    assert np.linalg.norm(np.subtract(end, start)) > 0.05
+    assert turned != 0.0
     # Its picture stands where it is.
     corner = np.array(page.evaluate("Array.from(playground.view.boxes.instanceMatrix.array.slice(0, 14))"))
     np.testing.assert_allclose(corner[:2], length * np.array([np.cos(turned), np.sin(turned)]), atol=1e-6)

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 
-use crate::environment::config::{EnvConfig, ModelKind};
+use crate::environment::config::EnvConfig;
 use crate::environment::rng::Rng;
 use crate::environment::start::StartJitter;
-use crate::error::{ConfigError, require};
+use crate::error::ConfigError;
 use crate::obstacles::{Obstacle, ObstacleGrid, Shape};
 use crate::robot::Robot;
 use crate::scene::Peg;
@@ -26,10 +26,6 @@ pub const FAMILY: Family = Family {
                   give way, heavy ones have to be passed, or jam. Between two of those that resist with three tenths \
                   of the robot's weight there is room for it. The robot never starts inside any.",
     friction: |_| ORTHOTROPIC,
-    validate: |config| {
-        let expected = "\"planar\" for the task \"clutter\"";
-        require(config.model == ModelKind::Planar, "model", config.model.name().name(), expected)
-    },
     scenario: |config, robot| Ok(Arc::new(Clutter::new(config, robot)?)),
     ..Family::DEFAULT
 };
