@@ -161,17 +161,18 @@ fn without_links_near_they_move_as_in_the_plane() {
 /// Planar momentum of a robot and of what it pushes.
 fn momentum(simulation: &SpatialSimulation) -> (Vector2<f64>, f64) {
     let (mut linear, mut angular) = (Vector2::zeros(), 0.0);
-    let mut add = |mass: f64, inertia: f64, place: Vector2<f64>, velocity: Vector2<f64>, rate: f64| {
+    let mut add = |mass: f64, place: Vector2<f64>, velocity: Vector2<f64>, spin: f64| {
         linear += velocity * mass;
-        angular += mass * place.perp(&velocity) + inertia * rate;
+        angular += mass * place.perp(&velocity) + spin;
     };
     let state = simulation.state();
     for ((link, pose), twist) in simulation.robot().links.iter().zip(&state.pose).zip(&state.twist) {
-        let turning = pose.orientation * snake_core::spatial::turning(twist);
-        add(link.mass, link.inertia, pose.position.xy(), Vector2::new(twist[0], twist[1]), turning.z);
+        let inertia = Vector3::new(link.inertia, link.inertia, link.roll_inertia);
+        let spin = pose.orientation * inertia.component_mul(&snake_core::spatial::turning(twist));
+        add(link.mass, pose.position.xy(), Vector2::new(twist[0], twist[1]), spin.z);
     }
     for (one, Moved { pose, twist }) in simulation.movables() {
-        add(one.link.mass, one.link.inertia, pose.xy(), twist.xy(), twist.z);
+        add(one.link.mass, pose.xy(), twist.xy(), one.link.inertia * twist.z);
     }
     (linear, angular)
 }
@@ -238,6 +239,7 @@ fn a_raised_link_pushes_horizontally() {
     let (after, Moved { twist, .. }) = (momentum(&simulation), moved(&simulation, 0));
     assert!(twist.x > 0.1 && twist.z.abs() > 0.1, "{twist}");
     assert!((after.0 - before.0).norm() < 1e-6, "{} {}", after.0, before.0);
+    assert!((after.1 - before.1).abs() < 1e-4, "about the vertical: {} {}", after.1, before.1);
     let rising: f64 = simulation.state().twist.iter().map(|twist| twist[2]).sum();
     assert!(rising.abs() < 1e-5, "nothing pushes up: {rising}");
     assert!(simulation.energy() < energy && simulation.min_gap() > -1e-4);
