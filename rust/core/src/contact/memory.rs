@@ -98,6 +98,11 @@ impl ContactMemory {
         self.known.clear();
     }
 
+    /// Forgets all contacts but these.
+    pub fn retain(&mut self, is_kept: impl Fn(ContactId) -> bool) {
+        self.known.retain(|(id, _)| is_kept(*id));
+    }
+
     /// Takes friction on the first link of a contact that there is, frame I \[N\].
     pub fn set_friction(&mut self, id: ContactId, friction: Vector3<f64>) {
         if let Some((_, known)) = self.known.iter_mut().find(|(known, _)| *known == id) {

@@ -52,7 +52,7 @@ pub fn self_gap(links: &[Link], poses: &[Vector3<f64>], margin: f64) -> f64 {
 }
 
 /// Visits the pairs that may be within `margin` of each other of nodes at these places and, behind them, something that can be
-/// pushed.
+/// pushed; in the order of their numbers, which a contact keeps from step to step.
 pub fn visit_movable_pairs(
     nodes: Nodes,
     place: impl Fn(usize) -> Vector2<f64>,
@@ -64,7 +64,9 @@ pub fn visit_movable_pairs(
         for first in 0..second {
             let reach = nodes.get(first).reach() + movable.reach() + margin;
             if (place(first) - at).norm_squared() < reach * reach {
-                visit(first, second);
+                let [before, behind] =
+                    if nodes.number(first) < nodes.number(second) { [first, second] } else { [second, first] };
+                visit(before, behind);
             }
         }
     }

@@ -116,7 +116,7 @@ impl ObstacleGrid {
 
     /// The links of a robot, and behind them what it can push.
     pub fn nodes<'a>(&'a self, links: &'a [Link]) -> Nodes<'a> {
-        Nodes { links, movables: &self.movables }
+        Nodes::new(links, &self.movables)
     }
 
     /// Number of obstacles that are fixed.

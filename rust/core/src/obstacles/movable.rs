@@ -190,18 +190,53 @@ impl<'a> PlacedMovable<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct Nodes<'a> {
     pub links: &'a [Link],
-    pub movables: &'a [Movable],
+    movables: &'a [Movable],
+    /// The numbers of those of them that are meant, in their order here; `None` where all are.
+    chosen: Option<&'a [usize]>,
 }
 
 impl<'a> Nodes<'a> {
+    pub fn new(links: &'a [Link], movables: &'a [Movable]) -> Self {
+        Self { links, movables, chosen: None }
+    }
+
+    /// Those of the obstacles only that have these numbers.
+    pub fn among(self, chosen: &'a [usize]) -> Self {
+        Self { chosen: Some(chosen), ..self }
+    }
+
     pub fn count(&self) -> usize {
-        self.links.len() + self.movables.len()
+        self.links.len() + self.chosen.map_or(self.movables.len(), <[usize]>::len)
+    }
+
+    /// The number of a node where none is left out.
+    pub fn number(&self, node: usize) -> usize {
+        let links = self.links.len();
+        self.chosen.filter(|_| node >= links).map_or(node, |chosen| links + chosen[node - links])
+    }
+
+    /// The node with this number, unless it is left out.
+    pub fn place_of(&self, number: usize) -> Option<usize> {
+        let links = self.links.len();
+        let Some(chosen) = self.chosen.filter(|_| number >= links) else { return Some(number) };
+        chosen.iter().position(|one| links + one == number).map(|place| links + place)
+    }
+
+    /// Of all obstacles.
+    pub fn all(self) -> Self {
+        Self { chosen: None, ..self }
+    }
+
+    /// What can be pushed at a node behind the links.
+    pub fn movable(&self, node: usize) -> &'a Movable {
+        &self.movables[self.number(node) - self.links.len()]
     }
 
     pub fn get(&self, node: usize) -> Node<'a> {
-        self.links.get(node).map_or_else(|| (&self.movables[node - self.links.len()]).into(), Node::from)
+        self.links.get(node).map_or_else(|| self.movable(node).into(), Node::from)
     }
 
+    /// All of them, those that are left out too.
     pub fn iter(&self) -> impl Iterator<Item = Node<'a>> + Clone + use<'a> {
         self.links.iter().map(Node::from).chain(self.movables.iter().map(Node::from))
     }

@@ -1,13 +1,14 @@
 //! Contacts of a register's robots with obstacles: detected before a stage is solved, stored after it.
 
-use crate::contact::{NearPair, link_obstacle_gap};
-use crate::math::{Laned, Real};
-use crate::obstacles::ObstacleGrid;
+use crate::contact::{NearPair, PlacedLink, link_obstacle_gap};
+use crate::math::Real;
+use crate::obstacles::{Moved, Nodes, ObstacleGrid};
 use crate::stepping::lanes::{Lanes, active, mask};
 use crate::stepping::{ContactImpulse, Driven, Members, SolvedRows};
 
+use super::link_pairs::place_numbered;
 use super::workspace::{Motion, Workspace};
-use super::{Heading, Planar, PlanarSystem, Stage};
+use super::{Planar, Stage};
 
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes at their predicted ends.
@@ -15,17 +16,24 @@ impl<T: Real> Workspace<T> {
         self.contacts.clear();
         let system = members.system;
         let has_obstacles = self.has_obstacles;
+        let may_wake = self.room > 0;
+        for lane in active(pending).filter(|_| may_wake) {
+            let margin = self.motion.margin(Real::lane(&self.stage.coefficient, lane), lane, 2.0);
+            self.wake(system, lane, members.body(lane), margin, false);
+        }
         for lane in active(pending).filter(|_| has_obstacles) {
             let body = members.body_mut(lane);
             if body.obstacles.is_unbounded() {
                 continue;
             }
-            let Self { contacts, motion, stage, .. } = self;
-            let nodes = system.nodes(&body.obstacles);
-            let robot = motion.of_lane(nodes, lane, Real::lane(&stage.coefficient, lane));
+            let Self { contacts, motion, stage, awake, .. } = self;
+            let nodes = system.nodes(&body.obstacles).among(awake.of(lane));
+            let lying = &body.state.movables;
+            let robot = motion.of_lane((nodes, lying), lane, Real::lane(&stage.coefficient, lane));
             let (near, displacement, margin) = (&mut body.warm_start.near, robot.bound.displacement, robot.margin(1.0));
             if !near.covers(displacement, margin) {
-                let poses = motion.predicted.iter().map(|pose| pose.lane(lane));
+                let pose = |node| place_numbered((nodes, lying), node, lane, &motion.predicted, &motion.heading).pose;
+                let poses = (0..nodes.all().count()).map(pose);
                 near.rebuild(poses, robot.nodes.iter(), &body.obstacles, margin, displacement);
             }
             let is_among_obstacles = !near.pairs().is_empty();
@@ -70,11 +78,16 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Gap of a pair at the end of the step \[m\].
-    pub(super) fn end_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, obstacles: &ObstacleGrid) -> f64 {
-        let (end, Heading { cos, sin }) =
-            (self.result.end[pair.link].lane(lane), self.motion.heading[pair.link].lane(lane));
-        let link = system.nodes(obstacles).get(pair.link);
-        link_obstacle_gap(&end, cos, sin, link, obstacles, (pair.obstacle, pair.feature))
+    pub(super) fn end_gap(
+        &self,
+        lane: usize,
+        pair: &NearPair,
+        (nodes, lying): (Nodes, &[Moved]),
+        obstacles: &ObstacleGrid,
+    ) -> f64 {
+        let at_end = place_numbered((nodes, lying), pair.link, lane, &self.result.end, &self.motion.heading);
+        let PlacedLink { link, pose, axis } = at_end;
+        link_obstacle_gap(&pose, axis.x, axis.y, link, obstacles, (pair.obstacle, pair.feature))
     }
 }
 

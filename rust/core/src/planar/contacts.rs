@@ -3,13 +3,16 @@
 use nalgebra::Vector3;
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
-use crate::contact::{LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, link_obstacle_contact, touching_distance};
+use crate::contact::{
+    LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, PlacedLink, link_obstacle_contact, touching_distance,
+};
 use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::planar::{Heading, StageContact};
 use crate::stepping::{FoundFriction, FoundRows};
 
-use super::workspace::StageKinematics;
+use super::link_pairs::place_numbered;
+use super::workspace::{Motion, StageKinematics};
 
 /// The contacts of the current stage, of all lanes.
 #[derive(Debug, Clone)]
@@ -40,8 +43,8 @@ impl Contacts {
         self.collect_close(near, robot, obstacles);
         for (index, at_end) in &self.close {
             let pair = &near.pairs()[*index];
-            let link = pair.link;
-            let (plane, offset) = robot.plane(pair, at_end, obstacles);
+            let Some(link) = robot.nodes.place_of(pair.link) else { continue };
+            let (plane, offset) = robot.plane(link, pair, at_end, obstacles);
             let coefficient = obstacles.friction(pair.obstacle);
             if coefficient > 0.0 && !plane.is_redundant {
                 let along = StageContact { link, direction: plane.tangent(), offset: 0.0 };
@@ -50,8 +53,8 @@ impl Contacts {
             let row = StageContact { link, direction: plane.direction, offset };
             self.rows.add(robot.lane, pair.id(), *index, pair.known, row);
         }
-        // A pair that takes no part has no force.
-        for pair in near.pairs_mut() {
+        // A pair that takes no part has no force, unless what sleeps leans there.
+        for pair in near.pairs_mut().iter_mut().filter(|pair| robot.nodes.place_of(pair.link).is_some()) {
             (pair.known.force, pair.known.friction) = (0.0, Vector3::zeros());
         }
     }
@@ -70,7 +73,7 @@ impl Contacts {
             close.truncate(count);
             close.push((index, at_end));
             // A wall that the link has crossed is looked at from the start of the step.
-            let is_covered = at_end.is_redundant && at_end.gap > -robot.nodes.get(pair.link).radius;
+            let is_covered = at_end.is_redundant && at_end.gap > -robot.nodes.all().get(pair.link).radius;
             count += usize::from(at_end.gap < margin && !is_covered);
             at_end.gap
         });
@@ -81,9 +84,10 @@ impl Contacts {
 impl<T: Real> StageKinematics<'_, T> {
     /// A pair at the predicted end.
     fn contact(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
-        let Heading { cos, sin } = self.heading(pair.link);
-        let end = self.end(pair.link);
-        link_obstacle_contact(&end, cos, sin, self.nodes.get(pair.link), obstacles, (pair.obstacle, pair.feature))
+        let Motion { predicted, heading, .. } = self.motion;
+        let at_end = place_numbered((self.nodes, self.lying), pair.link, self.lane, predicted, heading);
+        let PlacedLink { link, pose, axis } = at_end;
+        link_obstacle_contact(&pose, axis.x, axis.y, link, obstacles, (pair.obstacle, pair.feature))
     }
 
     /// Direction and offset of a pair, given how it is at the predicted end.
@@ -96,8 +100,8 @@ impl<T: Real> StageKinematics<'_, T> {
     /// at the start of the step (T 3.47 != D9). Either plane touches the distance function of a convex body
     /// from below (for a link that translates), so `g + c w . u >= 0` keeps the true gap non-negative however
     /// long the step.
-    fn plane(&self, pair: &NearPair, at_end: &LinkContact, obstacles: &ObstacleGrid) -> (LinkContact, f64) {
-        let (i, c) = (pair.link, self.coefficient);
+    fn plane(&self, i: usize, pair: &NearPair, at_end: &LinkContact, obstacles: &ObstacleGrid) -> (LinkContact, f64) {
+        let c = self.coefficient;
         let link = self.nodes.get(i);
         let touching = touching_distance(&link, obstacles, pair.obstacle);
         let mut plane = *at_end;

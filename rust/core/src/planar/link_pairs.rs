@@ -8,7 +8,7 @@ use crate::contact::{
     visit_movable_pairs,
 };
 use crate::math::{Laned, Real};
-use crate::obstacles::Nodes;
+use crate::obstacles::{Moved, Nodes};
 
 use super::workspace::StageKinematics;
 use super::{Heading, StagePair};
@@ -76,6 +76,21 @@ impl<T: Real> StageKinematics<'_, T> {
         let row = move |direction: [Vector3<f64>; 2], offset: f64| StagePair { links: pair, direction, offset };
         let offset = offset(plane.gap, travelled, depth, self.coefficient, self.elapsed);
         (row(plane.direction, offset), move || row(plane.tangent(&axis, &radius), 0.0))
+    }
+}
+
+/// A link of a lane's robot, or what can be pushed, by its number in the scene: where what sleeps lies, else as
+/// [`place_in_lane`].
+pub fn place_numbered<'a, T: Real>(
+    (nodes, lying): (Nodes<'a>, &[Moved]),
+    number: usize,
+    lane: usize,
+    pose: &[Vector3<T>],
+    heading: &[Heading<T>],
+) -> PlacedLink<'a> {
+    match nodes.place_of(number) {
+        Some(node) => place_in_lane(nodes, node, lane, pose, heading),
+        None => PlacedLink::new(nodes.all().get(number), lying[number - nodes.links.len()].pose),
     }
 }
 

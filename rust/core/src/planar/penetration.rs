@@ -6,7 +6,7 @@
 
 use crate::contact::{NearPair, link_obstacle_contact};
 use crate::math::{Laned, Real};
-use crate::obstacles::ObstacleGrid;
+use crate::obstacles::{Moved, Nodes, ObstacleGrid};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 use crate::stepping::{Driven, Members};
@@ -23,18 +23,23 @@ impl<T: Real> Workspace<T> {
         }
     }
 
-    fn sinking_of(&self, lane: usize, system: &PlanarSystem, body: &mut Body) -> Sinking {
+    fn sinking_of(&mut self, lane: usize, system: &PlanarSystem, body: &mut Body) -> Sinking {
+        if self.room > 0 {
+            self.wake(system, lane, body, 0.0, true);
+        }
         let mut sinking = if self.may_have_crossed(lane, system, body) { Sinking::TooDeep } else { Sinking::No };
         if self.near_obstacles[lane] {
-            let (near, obstacles) = (&mut body.warm_start.near, &body.obstacles);
+            let Body { state, warm_start, obstacles, .. } = &mut *body;
+            let (near, lying) = (&mut warm_start.near, &state.movables);
+            let nodes = (self.nodes(system, lane, obstacles), &lying[..]);
             let (error, displacement) =
                 (self.result.misprediction.lane(lane), self.motion.bound.displacement.lane(lane));
-            near.measure_ends(displacement, error, |pair| self.end_gap(lane, pair, system, obstacles));
+            near.measure_ends(displacement, error, |pair| self.end_gap(lane, pair, nodes, obstacles));
             for (pair, end) in near.ends().filter(|(_, end)| *end < -ALLOWED) {
-                sinking = sinking.max(Sinking::of(self.start_gap(lane, pair, system, obstacles), end));
+                sinking = sinking.max(Sinking::of(self.start_gap(lane, pair, nodes, obstacles), end));
             }
         }
-        let nodes = system.nodes(&body.obstacles);
+        let nodes = self.nodes(system, lane, &body.obstacles);
         self.visit_self_overlaps(nodes, lane, ALLOWED, |start, end| {
             sinking = sinking.max(Sinking::of(start, end));
         });
@@ -42,10 +47,17 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Gap of a pair at the start of the step \[m\].
-    fn start_gap(&self, lane: usize, pair: &NearPair, system: &PlanarSystem, obstacles: &ObstacleGrid) -> f64 {
-        let start = self.motion.start_pose[pair.link].lane(lane);
+    fn start_gap(
+        &self,
+        lane: usize,
+        pair: &NearPair,
+        (nodes, lying): (Nodes, &[Moved]),
+        obstacles: &ObstacleGrid,
+    ) -> f64 {
+        let lies = || lying[pair.link - nodes.links.len()].pose;
+        let start = nodes.place_of(pair.link).map_or_else(lies, |node| self.motion.start_pose[node].lane(lane));
         let Heading { cos, sin } = Heading::of(start.z);
-        let link = system.nodes(obstacles).get(pair.link);
+        let link = nodes.all().get(pair.link);
         link_obstacle_contact(&start, cos, sin, link, obstacles, (pair.obstacle, pair.feature)).gap
     }
 

@@ -7,12 +7,12 @@ use crate::contact::{
     link_pair_contact, link_pair_gap, visit_close_pairs, visit_movable_pairs,
 };
 use crate::math::{Laned, Mask, Real};
-use crate::obstacles::Nodes;
+use crate::obstacles::{Moved, Nodes};
 use crate::robot::Robot;
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::{ContactImpulse, Driven, FoundFriction, FoundRows, Members, SolvedRows};
 
-use super::link_pairs::place_in_lane;
+use super::link_pairs::{place_in_lane, place_numbered};
 use super::workspace::{Motion, Workspace};
 use super::{Planar, StagePair};
 
@@ -91,28 +91,29 @@ impl<T: Real> SelfContactDetection<T> {
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes with themselves at their predicted ends.
     pub(super) fn detect_self_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes) {
-        if !self.self_contacts.is_enabled() && self.movables == 0 {
+        if !self.self_contacts.is_enabled() && self.room == 0 {
             return;
         }
-        let Self { self_contacts, stage, solution, motion, own_movables, .. } = self;
+        let Self { self_contacts, stage, solution, motion, awake, .. } = self;
         let SelfContactDetection { rows, friction, close_pairs, folded, sharp, near, .. } = self_contacts;
         rows.clear();
         friction.clear();
         let (chain, coefficient) = (members.system.robot.links.len(), members.system.robot.link_friction);
         for lane in active(pending) {
-            if !folded.lane(lane) && own_movables[lane] == 0 {
+            if !folded.lane(lane) && awake.of(lane).is_empty() {
                 continue;
             }
             let body = members.body(lane);
-            let nodes = members.system.nodes(&body.obstacles);
-            let robot = motion.of_lane(nodes, lane, Real::lane(&stage.coefficient, lane));
+            let nodes = members.system.nodes(&body.obstacles).among(awake.of(lane));
+            let robot = motion.of_lane((nodes, &body.state.movables), lane, Real::lane(&stage.coefficient, lane));
             let mut add = |pair: [usize; 2], feature: usize, at_end: &[PlacedLink; 2], contact: &LinkPairContact| {
-                let known = body.warm_start.self_contacts.of(ContactId::of_pair(pair, feature));
+                let id = ContactId::of_pair(pair.map(|node| nodes.number(node)), feature);
+                let known = body.warm_start.self_contacts.of(id);
                 let (row, along) = robot.row(pair, feature, at_end, contact, known.depth);
                 if coefficient > 0.0 && pair[1] < chain {
                     friction.add(rows.all().len(), along(), coefficient);
                 }
-                rows.add(lane, feature, known, row);
+                rows.add(lane, id, known, row);
                 near[lane] = true;
             };
             if folded.lane(lane) {
@@ -132,12 +133,14 @@ impl<T: Real> Workspace<T> {
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        let Self { self_contacts, closings, solution, stage, motion: Motion { guess: expected, elapsed, .. }, .. } =
-            self;
+        let Self { self_contacts, closings, solution, stage, motion, awake, .. } = self;
+        let Motion { guess: expected, elapsed, arms, .. } = motion;
         let (coefficient, twist) = (stage.coefficient, &solution.twist);
         let rows =
             SolvedRows { coefficient, elapsed: *elapsed, expected, twist, impulse: &solution.pair, lanes: solved };
-        active(solved).for_each(|lane| members.body_mut(lane).warm_start.self_contacts.clear());
+        for lane in active(solved) {
+            members.body_mut(lane).warm_start.self_contacts.retain(|id| awake.sleeps(lane, arms.len(), id));
+        }
         self_contacts.rows.read(&rows, closings, contact_impulses, |found, force| {
             if !solved[found.lane] {
                 return;
@@ -176,9 +179,10 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Gap of a contact of a lane's robot with itself at the end of the step \[m\].
-    pub(super) fn end_gap_of_pair(&self, nodes: Nodes, lane: usize, id: ContactId) -> f64 {
+    pub(super) fn end_gap_of_pair(&self, nodes: Nodes, lane: usize, lying: &[Moved], id: ContactId) -> f64 {
         let Some(pair) = id.pair() else { return f64::INFINITY };
-        let at_end = pair.map(|node| place_in_lane(nodes, node, lane, &self.result.end, &self.motion.heading));
+        let (end, heading) = (&self.result.end, &self.motion.heading);
+        let at_end = pair.map(|number| place_numbered((nodes, lying), number, lane, end, heading));
         link_pair_contact([&at_end[0], &at_end[1]], id.feature).gap
     }
 }

@@ -114,6 +114,11 @@ impl PlanarSystem {
         self.friction
     }
 
+    /// In the frame of the ground \[m/s^2\].
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.gravity
+    }
+
     /// Acceleration of gravity against the ground \[m/s^2\].
     pub fn normal_gravity(&self) -> f64 {
         -self.gravity.z

@@ -210,7 +210,7 @@ impl WarmStart for ChainState {
         self.began_at_rest = false;
         self.is_postponed = false;
         self.forces.clear();
-        self.surface.clear();
+        self.surface.fill(Vector3::zeros());
         self.stands.fill([false; 2]);
         self.contacts.clear();
         self.joint_stops.clear();

@@ -1,7 +1,5 @@
 //! Conversion between the numbers of one robot and its lane of a register.
 
-use nalgebra::Vector3;
-
 use crate::math::{Laned, Real, laned, read_lane, replace_by_lane, write_lane};
 use crate::rows::{read_rows, write_rows};
 use crate::stepping::StageStop;
@@ -27,39 +25,30 @@ impl<T: Real> StageObstacleFriction<T> {
     }
 }
 
+/// Of a chain; what it can push has its own numbers, see [`crate::stepping::Awake`].
 impl<T: Real> Configuration<T> {
     pub fn read_lane(&self, lane: usize, to: &mut Configuration) {
         (to.position, to.orientation) = (self.position.lane(lane), Laned::<T>::lane(&self.orientation, lane));
         read_lane::<T, _>(&self.angle, lane, &mut to.angle);
-        read_lane::<T, _>(&self.moved, lane, &mut to.moved);
     }
 
     pub fn set_lane(&mut self, lane: usize, from: &Configuration) {
         self.position.set_lane(lane, &from.position);
         Laned::<T>::set_lane(&mut self.orientation, lane, &from.orientation);
         write_lane::<T, _>(&mut self.angle, lane, &from.angle);
-        write_moved(&mut self.moved, lane, &from.moved);
     }
 }
 
+/// Of a chain.
 impl<T: Real> ChainVelocity<T> {
     pub fn read_lane(&self, lane: usize, to: &mut ChainVelocity) {
         to.head = self.head.lane(lane);
         read_lane::<T, _>(&self.rate, lane, &mut to.rate);
-        read_lane::<T, _>(&self.moved, lane, &mut to.moved);
     }
 
     pub fn set_lane(&mut self, lane: usize, from: &ChainVelocity) {
         self.head.set_lane(lane, &from.head);
         write_lane::<T, _>(&mut self.rate, lane, &from.rate);
-        write_moved(&mut self.moved, lane, &from.moved);
-    }
-}
-
-/// Copies what a robot can push to its lane; what only other lanes have rests at the origin.
-pub fn write_moved<T: Real>(to: &mut [Vector3<T>], lane: usize, from: &[Vector3<f64>]) {
-    for (k, to) in to.iter_mut().enumerate() {
-        to.set_lane(lane, &from.get(k).copied().unwrap_or_default());
     }
 }
 

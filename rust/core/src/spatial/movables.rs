@@ -16,7 +16,10 @@ use crate::robot::Link;
 use crate::stepping::penetration::{ALLOWED, Sinking};
 
 use super::workspace::{Motion, Workspace};
-use super::{Frame, LinkAxis, SpatialState, StageContact, StageObstacleFriction, StagePair, Twist, Wrench};
+use super::{
+    Frame, LinkAxis, SpatialBody, SpatialState, SpatialSystem, StageContact, StageObstacleFriction, StagePair, Twist,
+    Wrench,
+};
 
 /// Where the links of a robot are, and what it can push.
 pub(crate) trait Places {
@@ -25,18 +28,17 @@ pub(crate) trait Places {
     fn moved(&self, movable: usize) -> Vector3<f64>;
 
     /// CG of a node from above, cheaper than [`Seen`]: the search for neighbours asks for that of every pair.
-    fn place(&self, nodes: Nodes, node: usize) -> Vector2<f64> {
-        let links = nodes.links.len();
+    fn place(&self, links: usize, node: usize) -> Vector2<f64> {
         if node < links { self.link(node).position.xy() } else { self.moved(node - links).xy() }
     }
 }
 
 /// Those of a lane.
 #[derive(Clone, Copy)]
-struct InLane<'a, T> {
-    frames: &'a [Frame<T>],
-    moved: &'a [Vector3<T>],
-    lane: usize,
+pub(super) struct InLane<'a, T> {
+    pub frames: &'a [Frame<T>],
+    pub moved: &'a [Vector3<T>],
+    pub lane: usize,
 }
 
 impl<T: Real> Places for InLane<'_, T> {
@@ -60,7 +62,7 @@ impl Places for SpatialState {
 }
 
 /// A link, or something that can be pushed, as it is seen from above.
-struct Seen<'a> {
+pub(super) struct Seen<'a> {
     /// Of a link, with the lengths of its shadow.
     shadow: Option<(Link, LinkAxis)>,
     node: Node<'a>,
@@ -71,7 +73,7 @@ struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
-    fn of(nodes: Nodes<'a>, node: usize, places: &impl Places) -> Self {
+    pub fn of(nodes: Nodes<'a>, node: usize, places: &impl Places) -> Self {
         let (links, of) = (nodes.links.len(), nodes.get(node));
         if node >= links {
             let PlacedLink { link, pose, axis } = PlacedLink::new(of, places.moved(node - links));
@@ -85,7 +87,7 @@ impl<'a> Seen<'a> {
         Self { shadow: Some((shadow, at)), node: of, pose: at.position.xy().push(0.0), axis, scale }
     }
 
-    fn placed(&self) -> PlacedLink<'_> {
+    pub fn placed(&self) -> PlacedLink<'_> {
         let link = self.shadow.as_ref().map_or(self.node, |(shadow, _)| shadow.into());
         PlacedLink { link, pose: self.pose, axis: self.axis }
     }
@@ -224,13 +226,14 @@ impl<'a, T: Real> NodesInStage<'a, T> {
 
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of a lane's obstacles that can be pushed with fixed ones and with their stops.
-    pub(super) fn find_movable_contacts(&mut self, lane: usize, nodes: Nodes, obstacles: &ObstacleGrid) {
-        let Self { contacts, known, motion, stage, .. } = self;
+    pub(super) fn find_movable_contacts(&mut self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) {
+        let Self { contacts, known, motion, stage, awake, .. } = self;
+        let nodes = obstacles.nodes(links).among(awake.of(lane));
         let stage = NodesInStage::of(motion, stage.coefficient, nodes, lane);
         for node in nodes.links.len()..nodes.count() {
             visit_neighbours(nodes, node, &stage.start, &stage.end, obstacles, |(obstacle, feature)| {
                 if let Some((row, friction)) = stage.obstacle_row(node, obstacles, (obstacle, feature)) {
-                    let id = ContactId { link: node, with: Source::Obstacle(obstacle), feature };
+                    let id = ContactId { link: nodes.number(node), with: Source::Obstacle(obstacle), feature };
                     contacts.add(lane, id, known[lane].of(id), row, friction);
                 }
             });
@@ -238,33 +241,43 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Finds their contacts with links and with each other.
-    pub(super) fn find_movable_pairs(&mut self, lane: usize, nodes: Nodes) {
-        let Self { self_contacts, known, motion, stage, .. } = self;
+    pub(super) fn find_movable_pairs(&mut self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) {
+        let Self { self_contacts, known, motion, stage, awake, .. } = self;
+        let nodes = obstacles.nodes(links).among(awake.of(lane));
         let stage = NodesInStage::of(motion, stage.coefficient, nodes, lane);
-        let place = |node: usize| stage.end.place(nodes, node);
+        let place = |node: usize| stage.end.place(links.len(), node);
         visit_movable_pairs(nodes, place, MARGIN, |first, second| {
             let end = SeenPair::of(nodes, [first, second], &stage.end);
             end.with_placed(|links| {
                 for (feature, contact) in movable_contacts(links, MARGIN) {
-                    let known = known[lane].of(ContactId::of_pair([first, second], feature));
+                    let id = ContactId::of_pair([first, second].map(|node| nodes.number(node)), feature);
                     let row = stage.pair_row([first, second], feature, &end, &contact);
-                    self_contacts.rows.add(lane, feature, known, row);
+                    self_contacts.rows.add(lane, id, known[lane].of(id), row);
                 }
             });
         });
     }
 
     /// What the step does to the penetrations of what a lane's robot can push.
-    pub(super) fn sinking_of_movables(&self, lane: usize, nodes: Nodes, obstacles: &ObstacleGrid) -> Sinking {
-        let motion = &self.motion;
-        let start = &InLane { frames: &motion.start_frames, moved: &motion.start.moved, lane };
-        let end = InLane { frames: &motion.frames, moved: &self.result.arrival.moved, lane };
+    pub(super) fn sinking_of_movables(&mut self, system: &SpatialSystem, lane: usize, body: &SpatialBody) -> Sinking {
+        let (obstacles, links) = (&body.obstacles, &system.robot.links);
+        if obstacles.movables().is_empty() {
+            return Sinking::No;
+        }
+        let farthest = {
+            let [start, end] = self.ends_of_step(lane);
+            let travelled = |node: usize| (end.place(links.len(), node) - start.place(links.len(), node)).norm();
+            (0..links.len() + self.awake.of(lane).len()).map(travelled).fold(0.0, f64::max)
+        };
+        self.wake(system, lane, body, 2.0 * farthest, true);
+        let nodes = obstacles.nodes(links).among(self.awake.of(lane));
+        let [start, end] = &self.ends_of_step(lane);
         let mut sinking = Sinking::No;
-        let travelled = |node: usize| (end.place(nodes, node) - start.place(nodes, node)).norm();
+        let travelled = |node: usize| (end.place(links.len(), node) - start.place(links.len(), node)).norm();
         for node in nodes.links.len()..nodes.count() {
-            let (of, places) = (nodes.get(node), [start, &end].map(|places| places.moved(node - nodes.links.len())));
+            let (of, places) = (nodes.get(node), [start, end].map(|places| places.moved(node - nodes.links.len())));
             let may_cross = travelled(node) > of.radius;
-            visit_neighbours(nodes, node, start, &end, obstacles, |at| {
+            visit_neighbours(nodes, node, start, end, obstacles, |at| {
                 let [start, end] = places.map(|pose| gap_with(of, &pose, obstacles, at));
                 if end < -ALLOWED {
                     sinking = sinking.max(Sinking::of(start, end));
@@ -274,14 +287,13 @@ impl<T: Real> Workspace<T> {
                 }
             });
         }
-        let farthest = (0..nodes.count()).map(travelled).fold(0.0, f64::max);
         visit_movable_pairs(
             nodes,
-            |node| end.place(nodes, node),
+            |node| end.place(links.len(), node),
             2.0 * farthest,
             |first, second| {
                 let gap = |places| SeenPair::of(nodes, [first, second], places).with_placed(link_pair_gap);
-                let [at_start, at_end] = [gap(start), gap(&end)];
+                let [at_start, at_end] = [gap(start), gap(end)];
                 if at_end < -ALLOWED {
                     sinking = sinking.max(Sinking::of(at_start, at_end));
                 }
@@ -292,6 +304,16 @@ impl<T: Real> Workspace<T> {
             },
         );
         sinking
+    }
+
+    /// A lane's robot, and what it can push, at the start of the step and where that has arrived.
+    fn ends_of_step(&self, lane: usize) -> [InLane<'_, T>; 2] {
+        let Motion { start, start_frames, frames, .. } = &self.motion;
+        [(start_frames, &start.moved), (frames, &self.result.arrival.moved)].map(|(frames, moved)| InLane {
+            frames,
+            moved,
+            lane,
+        })
     }
 }
 
@@ -310,8 +332,8 @@ fn visit_neighbours(
     let mut visit_all =
         |obstacle: usize| (0..features(&of, obstacles, obstacle)).for_each(|feature| visit((obstacle, feature)));
     obstacles.visit_obstacles(&to, of.reach() + (to - from).norm() + MARGIN, &mut visit_all);
-    if nodes.movables[k].travel().is_finite() {
-        visit_all(obstacles.len() + k);
+    if nodes.movable(node).travel().is_finite() {
+        visit_all(obstacles.len() + nodes.number(node) - nodes.links.len());
     }
 }
 
@@ -330,7 +352,7 @@ pub(crate) fn movable_gap(nodes: Nodes, places: &impl Places) -> f64 {
     let mut smallest = f64::INFINITY;
     visit_movable_pairs(
         nodes,
-        |node| places.place(nodes, node),
+        |node| places.place(nodes.links.len(), node),
         0.0,
         |first, second| {
             smallest = smallest.min(SeenPair::of(nodes, [first, second], places).with_placed(link_pair_gap));
@@ -340,7 +362,7 @@ pub(crate) fn movable_gap(nodes: Nodes, places: &impl Places) -> f64 {
 }
 
 /// Predicted gap up to which a pair takes part \[m\].
-const MARGIN: f64 = 0.02;
+pub(super) const MARGIN: f64 = 0.02;
 
 /// Length of the shadow of a link, over its own, below which it is upright.
 const UPRIGHT: f64 = 1e-9;

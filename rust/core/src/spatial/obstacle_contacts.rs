@@ -127,7 +127,7 @@ impl ObstacleContacts {
     ) -> impl Iterator<Item = ContactImpulse> + 'a {
         let found =
             self.frictional.iter().map(|(index, _)| &self.rows.all()[*index]).filter(move |row| solved[row.lane]);
-        found.map(|found| found.impulse(found.row.link, friction_of(stage, solution, found.slot, found.lane)))
+        found.map(|found| found.impulse(0, friction_of(stage, solution, found.slot, found.lane)))
     }
 }
 

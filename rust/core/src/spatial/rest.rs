@@ -5,6 +5,7 @@
 
 use crate::math::{Mask, Real};
 use crate::spatial::{ChainVelocity, Stage, StageDrive, StageSolution, Twist, certify};
+use crate::stepping::AT_REST;
 
 /// The candidate: zero velocity under given impulses.
 #[derive(Debug, Clone)]
@@ -104,6 +105,3 @@ const LOOSEST: f64 = 1e-6;
 
 /// Acceleration against which a robot may be held, a small share of gravity \[m/s^2\].
 const WEAK: f64 = 3e-4;
-
-/// \[m/s\], \[rad/s\]
-const AT_REST: f64 = 1e-7;

@@ -118,8 +118,8 @@ impl<T: Real> Workspace<T> {
             visit_close_pairs(links, centre, MARGIN, |i, j| {
                 let at = [i, j].map(|link| motion.of_link(links, link, lane));
                 PairInStage { at, coefficient, elapsed }.visit(|feature, direction, offset| {
-                    let known = known[lane].of(ContactId::of_pair([i, j], feature));
-                    rows.add(lane, feature, known, StagePair { links: [i, j], direction, offset });
+                    let id = ContactId::of_pair([i, j], feature);
+                    rows.add(lane, id, known[lane].of(id), StagePair { links: [i, j], direction, offset });
                     near[lane] = true;
                 });
             });

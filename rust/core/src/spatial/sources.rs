@@ -7,6 +7,7 @@ use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::{Driven, Members};
 
 use super::Spatial;
+use super::movables::MARGIN;
 use super::workspace::Workspace;
 
 impl<T: Real> Workspace<T> {
@@ -16,6 +17,9 @@ impl<T: Real> Workspace<T> {
         active(pending).for_each(|lane| self.supports[lane].clear());
         let links = &members.system.robot.links;
         for lane in active(pending) {
+            self.wake(members.system, lane, members.body(lane), MARGIN, false);
+        }
+        for lane in active(pending) {
             let obstacles: &ObstacleGrid = &members.body(lane).obstacles;
             if self.may_reach(lane, obstacles) {
                 self.find_obstacle_contacts(lane, links, obstacles);
@@ -23,18 +27,16 @@ impl<T: Real> Workspace<T> {
                     self.find_supports(lane, links, obstacles);
                 }
             }
-            if self.own_movables[lane] > 0 {
-                self.find_movable_contacts(lane, obstacles.nodes(links), obstacles);
-            }
+            self.find_movable_contacts(lane, links, obstacles);
         }
         self.contacts.lay_out(&mut self.stage, &mut self.solution);
         self.find_self_contacts(pending);
-        let own = self.own_movables;
-        for lane in active(pending).filter(|&lane| own[lane] > 0) {
-            self.find_movable_pairs(lane, members.body(lane).obstacles.nodes(links));
+        for lane in active(pending) {
+            self.find_movable_pairs(lane, links, &members.body(lane).obstacles);
         }
         self.self_contacts.rows.lay_out(self.stage.coefficient, &mut self.stage.pairs, &mut self.solution.pair);
-        active(pending).for_each(|lane| self.known[lane].clear());
+        let Self { known, awake, .. } = self;
+        active(pending).for_each(|lane| known[lane].retain(|id| awake.sleeps(lane, links.len(), id)));
     }
 
     /// Examines the ends of the members' steps.
@@ -46,10 +48,7 @@ impl<T: Real> Workspace<T> {
                 let (start, end) = (&self.motion.start_frames, &self.motion.frames);
                 sinking = sinking.max(self.self_contacts.sinking(links, start, end, lane));
             }
-            if self.own_movables[lane] > 0 {
-                let obstacles = &members.body(lane).obstacles;
-                sinking = sinking.max(self.sinking_of_movables(lane, obstacles.nodes(links), obstacles));
-            }
+            sinking = sinking.max(self.sinking_of_movables(members.system, lane, members.body(lane)));
             self.result.sinking[lane] = sinking;
             if !self.supports[lane].is_empty() {
                 self.measure_sinking_into_supports(lane);

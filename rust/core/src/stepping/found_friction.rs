@@ -93,8 +93,8 @@ impl<R> FoundFriction<R> {
             let impulse = of_rows[*slot].lane(found.lane);
             remember(*of, along.first_direction().linear() * impulse / c.lane(found.lane));
             if lanes[found.lane] {
-                for (link, direction) in along.parts() {
-                    impulses.push(found.impulse(link, direction.linear() * impulse));
+                for (part, (_, direction)) in along.parts().enumerate() {
+                    impulses.push(found.impulse(part, direction.linear() * impulse));
                 }
             }
         }

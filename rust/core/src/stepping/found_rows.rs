@@ -101,17 +101,21 @@ impl<R> FoundRows<R> {
                 touched: found.known.touches,
             };
             closings.add(lane, &closing, c, solved.elapsed.lane(lane));
-            for (link, direction) in row.parts() {
-                impulses.push(found.impulse(link, direction.linear() * impulse));
+            for (part, (_, direction)) in row.parts().enumerate() {
+                impulses.push(found.impulse(part, direction.linear() * impulse));
             }
         }
     }
 }
 
 impl<R> FoundRow<R> {
-    /// An impulse of this contact on a link, frame I \[N s\].
-    pub fn impulse(&self, link: usize, impulse: Vector3<f64>) -> ContactImpulse {
-        let source = if link == self.id.link { self.id.with } else { Source::Link(self.id.link) };
+    /// An impulse of this contact on the first of its links or on the second, frame I \[N s\].
+    pub fn impulse(&self, part: usize, impulse: Vector3<f64>) -> ContactImpulse {
+        let ContactId { link: first, with, .. } = self.id;
+        let (link, source) = match with {
+            Source::Link(second) if part > 0 => (second, Source::Link(first)),
+            _ => (first, with),
+        };
         ContactImpulse { lane: self.lane, link, impulse, source }
     }
 }
@@ -157,8 +161,7 @@ impl<V> FoundRows<ContactRow<V>> {
 
 impl<V> FoundRows<PairRow<V>> {
     /// Adds a contact between links of a lane.
-    pub fn add(&mut self, lane: usize, feature: usize, known: KnownContact, row: PairRow<V>) {
-        let id = ContactId::of_pair(row.links, feature);
+    pub fn add(&mut self, lane: usize, id: ContactId, known: KnownContact, row: PairRow<V>) {
         self.found.push(FoundRow { lane, id, handle: 0, known, row, slot: 0 });
     }
 
@@ -177,13 +180,16 @@ impl<V> FoundRows<PairRow<V>> {
             return;
         }
         ids.clear();
-        ids.extend(found.iter().map(|found| found.id));
+        // Sorted by the nodes of the stage: their numbers in the scene are others from lane to lane.
+        let place = |found: &FoundRow<PairRow<V>>| ContactId::of_pair(found.row.links, found.id.feature);
+        ids.extend(found.iter().map(place));
         ids.sort_unstable();
         ids.dedup();
         rows.resize(ids.len(), PairRow::empty([0; 2]));
         impulses.resize(ids.len(), T::zero());
-        for FoundRow { lane, id, known, row, slot, .. } in found {
-            *slot = ids.binary_search(id).expect("a listed contact");
+        for found in found {
+            found.slot = ids.binary_search(&place(found)).expect("a listed contact");
+            let FoundRow { lane, known, row, slot, .. } = found;
             rows[*slot].links = row.links;
             rows[*slot].set_lane(*lane, row);
             impulses[*slot].set_lane(*lane, known.force * c.lane(*lane));

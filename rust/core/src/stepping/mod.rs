@@ -5,6 +5,7 @@
 //! here. A [`Fleet`] advances robots by their [`StepPlan`]s; a [`group::Group`] takes one step of as many of them as a
 //! register has lanes.
 
+mod awake;
 mod backlash;
 mod body;
 mod closing;
@@ -34,6 +35,7 @@ pub(crate) mod start;
 mod statistics;
 mod verdict;
 
+pub use awake::{AT_REST, Awake, are_within, holding};
 pub use backlash::{Backlash, MovedAxis};
 pub use body::{Body, Clock, HasBody, Scripted};
 pub use closing::{Closing, ClosingRow, Closings};

@@ -355,6 +355,69 @@ pub fn require_alike_in_every_company(robot: impl Fn(&PlanarSystem, usize) -> Sc
     }
 }
 
+/// A robot that pushes some discs moves bit by bit as without others out of reach, which lie exactly still.
+#[test]
+fn what_sleeps_changes_nothing() {
+    let wave = Wave { omega: 2.0, ..Wave::default() };
+    let near = vec![disc([0.06, 1.0, 0.1], 0.3, 0.3), disc([0.06, 0.9, -0.2], 0.3, 0.3)];
+    let far = (0..12).map(|k| {
+        let place = [0.06, 0.4 * f64::from(k), 3.0];
+        if k % 2 == 1 { disc(place, 0.5, 0.3) } else { sprung(place, 0.02, 200.0, 2.0, None) }
+    });
+    let run = |obstacles: Vec<Obstacle>| {
+        let scene = SceneConfig { obstacles, ..ground([0.1, 0.6]) };
+        let mut simulation: PlanarSimulation =
+            build(&RobotConfig::default(), &scene, &ControllerConfig::default(), &implicit(1e-2, 2));
+        let [x, y, heading] = START_FREE;
+        simulation.place_chain(x, y, heading, &posture(&wave, 10));
+        let report = simulation.advance(3.0, &wave);
+        (simulation.state().clone(), report.iterations)
+    };
+    let (alone, solves) = run(near.clone());
+    let (among, same) = run(near.iter().cloned().chain(far).collect());
+    assert!(alone.movables.iter().any(|one| one.pose.x > 1.02), "pushed: {:?}", alone.movables);
+    assert!((among.pose, among.twist, same) == (alone.pose, alone.twist, solves));
+    assert_eq!(among.movables[..2], alone.movables[..]);
+    for (k, moved) in (0..).zip(&among.movables[2..]) {
+        assert!(moved.pose.x == 0.4 * f64::from(k) && moved.twist == Twist::zeros(), "{moved:?}");
+    }
+}
+
+/// Places of discs in a row, of which three touch.
+const ROW: [f64; 5] = [0.0, 0.2, 0.4, 0.5, 0.6];
+
+/// A row of discs on ice, the first of which runs into the others: those that sleep till they are met move like those that are
+/// awake, since they creep across.
+#[test]
+fn a_row_of_discs_wakes_in_turn() {
+    let run = |creeping: f64| -> Vec<Vec<Moved>> {
+        let row = ROW.map(|x| disc([0.05, x, 0.0], 1.0, 0.0)).to_vec();
+        let mut simulation = beside(row, 5e-3, 2);
+        let creep = Twist::new(0.0, creeping, 0.0);
+        push_off(&mut simulation, &[Twist::new(1.0, creeping, 0.0), creep, creep, creep, creep]);
+        let step = |_| {
+            solved(simulation.advance(5e-3, &Hold(0.0)));
+            assert!(simulation.min_gap() > -1e-4);
+            simulation.state().movables.clone()
+        };
+        (0..300).map(step).collect()
+    };
+    let (sleeping, creeping) = (run(0.0), run(1e-12));
+    for (ours, theirs) in sleeping.iter().flatten().zip(creeping.iter().flatten()) {
+        assert!(
+            (ours.twist - theirs.twist).norm() < 1e-7 && (ours.pose - theirs.pose).norm() < 1e-7,
+            "{ours:?} {theirs:?}"
+        );
+    }
+    let still = |moved: &Moved| moved.twist == Twist::zeros();
+    // 10 cm at 1 m/s, and as far again at half of that.
+    for (k, met) in [(1, 20), (2, 60), (3, 60), (4, 60)] {
+        let asleep = sleeping.iter().take_while(|bodies| still(&bodies[k])).count();
+        assert!((met - 2..=met).contains(&asleep), "{k} sleeps for {asleep} steps");
+        assert!(sleeping[..asleep].iter().all(|bodies| bodies[k].pose.x == ROW[k]));
+    }
+}
+
 /// With none to four discs and some pegs around them.
 #[test]
 fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_discs() {

@@ -298,10 +298,107 @@ fn cluttered(random: &mut Random, count: usize) -> Vec<Obstacle> {
     all.into_iter().map(|(_, one)| one).collect()
 }
 
-/// With none to seven things and some pegs around them, in two gaits.
+/// A robot that pushes some things moves bit by bit as without others out of reach, however light these are.
+#[test]
+fn what_sleeps_changes_nothing() {
+    let near = vec![disc([0.06, 1.0, 0.1], 0.3, 0.3), boxed([0.12, 0.1], [0.9, -0.18, 0.3], 0.3, 0.3)];
+    let far = |k: u32| match f64::from(k) {
+        y if k.is_multiple_of(3) => disc([0.06, 0.3 * y, 3.0], 0.02, 0.3),
+        y if k % 3 == 1 => boxed([0.2, 0.1], [0.3 * y, 3.0, y], 5.0, 0.0),
+        y => sprung([0.06, 0.3 * y, 3.0], 0.1, 200.0, 2.0, Some(0.04)),
+    };
+    let gait = undulation();
+    let yaws: Vec<f64> = (0..10).map(|j| gait.target(j, 0.0).yaw.angle).collect();
+    let run = |obstacles: Vec<Obstacle>| {
+        let scene = SceneConfig { obstacles, ..ground([0.1, 0.6]) };
+        let pd = ControllerConfig::default();
+        let mut simulation = lying(&RobotConfig::default(), &scene, &pd, &implicit(1e-2, 2), (START_FREE, &yaws));
+        let report = simulation.advance(3.0, &gait);
+        (simulation.state().clone(), report.iterations)
+    };
+    let (alone, solves) = run(near.clone());
+    let (among, same) = run(near.iter().cloned().chain((0..12).map(far)).collect());
+    assert!((0..2).any(|k| alone.movables[k].pose.x > [1.0, 0.9][k] + 0.02), "pushed");
+    assert!((among.pose, among.twist, same) == (alone.pose, alone.twist, solves));
+    assert_eq!(among.movables[..2], alone.movables[..]);
+    for (k, moved) in (0..).zip(&among.movables[2..]) {
+        assert!(moved.pose.x == 0.3 * f64::from(k) && moved.twist == Vector3::zeros(), "{moved:?}");
+    }
+}
+
+/// Places of discs in a row, of which three touch.
+const ROW: [f64; 5] = [0.0, 0.2, 0.4, 0.5, 0.6];
+
+/// On ice each disc of a row shares the momentum of those that run into it, and lies exactly still till then; the same comes
+/// about where none sleeps, since all creep across.
+#[test]
+fn a_row_wakes_in_turn() {
+    let run = |creeping: f64| -> Vec<Vec<Moved>> {
+        let row = ROW.map(|x| disc([0.05, x, 0.0], 1.0, 0.0)).to_vec();
+        let mut simulation = beside(row, 5e-3, 2);
+        let creep = Vector3::new(0.0, creeping, 0.0);
+        push_off(&mut simulation, &[Vector3::new(1.0, creeping, 0.0), creep, creep, creep, creep]);
+        let step = |_| {
+            solved(simulation.advance(5e-3, &Still));
+            assert!(simulation.min_gap() > -1e-4);
+            simulation.state().movables.clone()
+        };
+        (0..300).map(step).collect()
+    };
+    let (sleeping, creeping) = (run(0.0), run(1e-12));
+    for (ours, theirs) in sleeping.iter().flatten().zip(creeping.iter().flatten()) {
+        assert!(
+            (ours.twist - theirs.twist).norm() < 1e-7 && (ours.pose - theirs.pose).norm() < 1e-7,
+            "{ours:?} {theirs:?}"
+        );
+    }
+    let mut met = 1;
+    for bodies in &sleeping {
+        met = met.max(bodies.iter().filter(|one| one.twist.x > 1e-3).count());
+        for (k, one) in bodies.iter().enumerate() {
+            let speed = if k < met { 1.0 / met as f64 } else { 0.0 };
+            assert!((one.twist.x - speed).abs() < 1e-6, "{k} of {met}: {one:?}");
+            assert!(k < met || (one.pose.x - ROW[k]).abs() < 5e-3, "{k} of {met}: {one:?}");
+        }
+    }
+    assert_eq!(met, 5);
+    for bodies in &sleeping[..15] {
+        assert!((1..5).all(|k| (bodies[k].pose.x, bodies[k].twist) == (ROW[k], Vector3::zeros())), "{bodies:?}");
+    }
+}
+
+/// Where friction exceeds its tangent nothing creeps; what slides takes what it runs into along.
+#[test]
+fn a_slope_holds_what_sleeps_and_wakes_what_is_run_into() {
+    let (held, slides) = (0.4, 0.1);
+    let obstacles = vec![
+        boxed([0.2, 0.2], [0.0, 0.0, 0.3], 1.0, held),
+        boxed([0.2, 0.2], [0.8, 2.0, 0.0], 1.0, slides),
+        boxed([0.2, 0.2], [0.2, 2.0, 0.0], 1.0, held),
+    ];
+    let scene = SceneConfig { obstacles, slope: Slope { angle: 0.3, direction: 0.0 }, ..ground([0.9, 0.9]) };
+    let start = ([0.0, -6.0, 0.0], &[0.0][..]);
+    let mut simulation = lying(&links(2), &scene, &ControllerConfig::default(), &implicit(5e-3, 2), start);
+    let acceleration = GRAVITY * (0.3_f64.sin() - slides * 0.3_f64.cos());
+    solved(simulation.advance(0.6, &Still));
+    let way = 0.8 - moved(&simulation, 1).pose.x;
+    assert!((way - 0.5 * acceleration * 0.36).abs() < 1e-5, "{way}");
+    assert!((moved(&simulation, 2).pose - Vector3::new(0.2, 2.0, 0.0)).norm() < 1e-9);
+    solved(simulation.advance(0.4, &Still));
+    assert!(moved(&simulation, 2).pose.x < 0.1 && simulation.min_gap() > -1e-4, "{}", moved(&simulation, 2).pose);
+    assert!(moved(&simulation, 0).pose == Vector3::zeros() && moved(&simulation, 0).twist == Vector3::zeros());
+}
+
+/// With none to seven things and some pegs around them, in two gaits, on level ground and on a slope.
 #[test]
 fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_things() {
-    let scene = Scene::new(&ground([0.1, 0.5])).unwrap();
+    for angle in [0.0, 0.15] {
+        neighbours_do_not_matter(&SceneConfig { slope: Slope { angle, direction: 1.0 }, ..ground([0.1, 0.5]) });
+    }
+}
+
+fn neighbours_do_not_matter(ground: &SceneConfig) {
+    let scene = Scene::new(ground).unwrap();
     let controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
     let system = SpatialSystem::new(Robot::new(&RobotConfig::default()).unwrap(), &scene, controller).unwrap();
     let robot = |k: usize| {

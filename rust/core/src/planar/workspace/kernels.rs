@@ -86,7 +86,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             folding.bend
         };
         self.joint_stops.predict(bend);
-        if self.has_obstacles || self.movables > 0 || self.self_contacts.is_any_possible() {
+        if self.has_obstacles || self.room > 0 || self.self_contacts.is_any_possible() {
             let Motion { arms, heading, guess, travel, .. } = &mut self.motion;
             mean_twist(arms, heading, guess, travel);
             let gain = (self.pull.x * self.pull.x + self.pull.y * self.pull.y).sqrt() * c;
@@ -199,13 +199,12 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn fill_links(&mut self) {
         let c = self.stage.coefficient;
-        let (gain_x, gain_y) = (self.pull.x * c, self.pull.y * c);
         self.stage.links.clear();
         for (i, link) in self.constants.iter().enumerate() {
             let u = &self.motion.reference[i];
             self.stage.links.push(StageLink {
                 heading: self.motion.heading[i],
-                reference: Vector3::new(u.x + gain_x, u.y + gain_y, u.z),
+                reference: Vector3::new(u.x + link.pull.x * c, u.y + link.pull.y * c, u.z),
                 mass: link.mass,
                 inertia: link.inertia,
                 half_length: link.half_length,

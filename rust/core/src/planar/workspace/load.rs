@@ -1,14 +1,11 @@
 //! Robots and their references into lanes.
 
-use nalgebra::Vector2;
-
-use crate::math::{Laned, MAX_LANES, Real};
-use crate::obstacles::Moved;
+use crate::math::{Laned, Real, write_lane};
 use crate::planar::{Body, Planar, PlanarSystem, Pose, Twist};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, mask};
-use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput, StageSpring};
+use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput};
 
-use super::{LinkConstants, Workspace};
+use super::Workspace;
 
 impl<T: Real> StageInput<T> for Workspace<T> {
     type Model = Planar;
@@ -18,17 +15,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
-        let own = |lane: usize| if lane < T::LANES { members.body(lane).state.movables.len() } else { 0 };
-        let own: [usize; MAX_LANES] = std::array::from_fn(own);
-        let most = own.iter().copied().fold(0, usize::max);
-        if most > self.movables {
-            *self = Self::new(members.system, most);
-        }
-        self.own_movables = own;
+        self.load_movables(members);
         self.load_variations(members);
-        if self.movables > 0 {
-            self.load_movables(members);
-        }
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
         self.drives.backlash.load(|lane| (parameters(lane).backlash, &members.body(lane).warm_start.backlash));
         self.shares.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
@@ -37,7 +25,9 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.has_obstacles = members.any(|body| !body.obstacles.is_unbounded());
         self.near_obstacles =
             std::array::from_fn(|lane| lane < T::LANES && !members.body(lane).warm_start.near.pairs().is_empty());
-        self.among_obstacles = mask::<T>(std::array::from_fn(|lane| self.near_obstacles[lane] || own[lane] > 0));
+        let is_among =
+            |lane: usize| self.near_obstacles[lane] || lane < T::LANES && !members.body(lane).state.movables.is_empty();
+        self.among_obstacles = mask::<T>(std::array::from_fn(is_among));
         for lane in 0..T::LANES {
             let Body { state, warm_start, .. } = members.body(lane);
             for (lanes, torque) in self.actuator_torque.iter_mut().zip(&warm_start.joint_torque) {
@@ -52,23 +42,24 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                 self.motion.start_pose[i].set_lane(lane, q);
                 self.motion.start_twist[i].set_lane(lane, u);
             }
-            for (link, lanes) in self.spin_torque.iter_mut().enumerate() {
+            let chain = state.pose.len();
+            for (link, lanes) in self.spin_torque.iter_mut().enumerate().take(chain) {
                 lanes.set_lane(lane, warm_start.spin.get(link).copied().unwrap_or(0.0));
             }
-            // None of what only other lanes can push.
-            let forces = warm_start.friction.iter().copied().chain(std::iter::repeat(Vector2::zeros()));
-            for (lanes, force) in self.friction_force.iter_mut().zip(forces) {
-                lanes.x.set_lane(lane, force.x);
-                lanes.y.set_lane(lane, force.y);
+            for (lanes, force) in self.friction_force.iter_mut().zip(&warm_start.friction[..chain]) {
+                lanes.set_lane(lane, force);
             }
         }
     }
 
     fn take_guesses<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>) {
+        let chain = self.motion.arms.len();
         for lane in active(members.lanes()) {
             let guesses = &mut members.body_mut(lane).warm_start.guess;
-            for (lanes, guess) in self.motion.guess.iter_mut().zip(guesses.drain(..)) {
-                lanes.set_lane(lane, &guess);
+            if !guesses.is_empty() {
+                write_lane::<T, _>(&mut self.motion.guess[..chain], lane, guesses);
+                self.awake.write(lane, &mut self.motion.guess[chain..], &guesses[chain..]);
+                guesses.clear();
             }
         }
     }
@@ -120,27 +111,6 @@ impl<T: Real> StageInput<T> for Workspace<T> {
 }
 
 impl<T: Real> Workspace<T> {
-    /// Obstacles that can be pushed; where a lane has fewer than others, links at rest that nothing touches.
-    fn load_movables<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
-        let (system, first) = (members.system, members.system.robot.link_count());
-        let absent = (LinkConstants::of(system, &system.robot.links[0]), Pose::zeros(), Twist::zeros());
-        let holds = |body: &Body| body.obstacles.movables().iter().any(|movable| movable.spring.is_some());
-        self.has_springs = members.any(holds);
-        for lane in 0..T::LANES {
-            let body = members.body(lane);
-            for k in 0..self.movables {
-                let own = body.obstacles.movables().get(k).zip(body.state.movables.get(k));
-                let (constants, pose, twist) = own.map_or(absent, |(movable, Moved { pose, twist })| {
-                    (LinkConstants::of_movable(system, movable), *pose, *twist)
-                });
-                self.constants[first + k].set_lane(lane, &constants);
-                self.springs[k].set_lane(lane, &own.map_or(StageSpring::NONE, |(movable, _)| StageSpring::of(movable)));
-                self.motion.start_pose[first + k].set_lane(lane, &pose);
-                self.motion.start_twist[first + k].set_lane(lane, &twist);
-            }
-        }
-    }
-
     /// Constants of the lanes' own robots; nothing to do where all are as the system's.
     fn load_variations<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
         let was_varied = self.is_varied;

@@ -1,5 +1,6 @@
 //! The current stage over lanes: its data, how it is built, and what follows from its solution.
 
+mod bodies;
 mod drives;
 mod kernels;
 mod load;
@@ -15,7 +16,7 @@ use crate::planar::{Newton, PlanarSystem, Stage, StageSolution};
 use crate::robot::Link;
 use crate::stepping::lanes::{Lanes, NO_LANES};
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closings, EnergyLedger, FrictionShares, JointStops, Motors, StageSpring};
+use crate::stepping::{Awake, Closings, EnergyLedger, FrictionShares, JointStops, Motors, StageSpring};
 
 use super::contacts::Contacts;
 use super::lane_fallback::LaneFallback;
@@ -30,16 +31,16 @@ pub struct Workspace<T: Real> {
     /// Constants of the links, in every lane, and whether the lanes' robots differ in them from the system's.
     pub constants: Vec<LinkConstants<T>>,
     is_varied: bool,
-    /// Obstacles that can be pushed, behind the links of the robot in all that has an entry for each: as many as the robot of
-    /// any lane has had. A lane with fewer has some that rest far from everything.
-    pub movables: usize,
+    /// Obstacles that can be pushed: as many as the robot of any lane has had, and those that are awake, behind the links of the
+    /// robot in all that has an entry for each. A lane that has fewer than others has absent ones, which rest and touch nothing.
+    pub room: usize,
+    pub awake: Awake,
+    absent: LinkConstants<T>,
     /// What holds them, and whether anything holds any.
     springs: Vec<StageSpring<T>>,
     has_springs: bool,
     /// Whether the ground resists the spin of links too.
     resists_spin: bool,
-    /// Of the lanes' own robots.
-    pub own_movables: [usize; MAX_LANES],
     /// Acceleration by which gravity pulls the links along inclined ground \[m/s^2\].
     pull: Vector2<T>,
     /// Zero for each link.
@@ -100,6 +101,8 @@ pub struct LinkConstants<T> {
     pub reach: T,
     /// mu m g \[N\].
     pub friction: Vector2<T>,
+    /// Acceleration along inclined ground \[m/s^2\].
+    pub pull: Vector2<T>,
     /// Largest moment against spin \[N m\].
     pub spin: T,
 }
@@ -113,13 +116,14 @@ impl<T: Real> LinkConstants<T> {
             cg_offset: T::splat(link.cg_offset),
             reach: T::splat(link.reach()),
             friction: system.friction_force(link).map(T::splat),
+            pull: system.pull().map(T::splat),
             spin: T::splat(system.spin_torque(link, &Vector2::repeat(1.0))),
         }
     }
 }
 
 laned! {
-    LinkConstants { mass, inertia, half_length, cg_offset, reach, friction, spin };
+    LinkConstants { mass, inertia, half_length, cg_offset, reach, friction, pull, spin };
 }
 
 impl LinkConstants<f64> {
@@ -135,18 +139,21 @@ impl<T: Real> Workspace<T> {
         let links = system.robot.link_count();
         let nodes = links + movables;
         let zero = T::zero();
+        let none = Vector2::new(zero, zero);
         let rest = vec![Vector3::new(zero, zero, zero); nodes];
-        let constants =
-            |node: usize| LinkConstants::of(system, system.robot.links.get(node).unwrap_or(&system.robot.links[0]));
+        let mut constants: Vec<_> = system.robot.links.iter().map(|link| LinkConstants::of(system, link)).collect();
+        constants.reserve_exact(movables);
+        let absent = LinkConstants { friction: none, pull: none, spin: zero, reach: zero, ..constants[0] };
         let resists_spin = system.resists_spin();
         Self {
-            constants: (0..nodes).map(constants).collect(),
+            constants,
             is_varied: false,
-            movables,
-            springs: vec![StageSpring::none(); movables],
+            room: movables,
+            awake: Awake::none(),
+            absent,
+            springs: Vec::with_capacity(movables),
             has_springs: false,
             resists_spin,
-            own_movables: [0; MAX_LANES],
             pull: system.pull().map(T::splat),
             at_rest: rest.clone(),
             motion: Motion::new(system, movables),

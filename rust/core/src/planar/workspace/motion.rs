@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PlacedLink;
 use crate::math::{Laned, Real};
-use crate::obstacles::Nodes;
+use crate::obstacles::{Moved, Nodes};
 use crate::planar::{Heading, PlanarSystem};
 
 use super::motion_bound::MotionBound;
@@ -35,9 +35,11 @@ pub struct Motion<T> {
 
 /// One robot of a register during a stage.
 pub struct StageKinematics<'a, T> {
+    /// What takes part, and where all that can be pushed lay before.
     pub nodes: Nodes<'a>,
+    pub lying: &'a [Moved],
     pub lane: usize,
-    motion: &'a Motion<T>,
+    pub motion: &'a Motion<T>,
     /// c \[s\].
     pub coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
@@ -65,10 +67,20 @@ impl<T: Real> Motion<T> {
         }
     }
 
+    /// See [`StageKinematics::margin`].
+    pub fn margin(&self, coefficient: f64, lane: usize, moving: f64) -> f64 {
+        self.bound.lane(lane).contact_margin(coefficient, moving, self.smallest_radius)
+    }
+
     /// The robot of a lane in a stage of this coefficient \[s\].
-    pub fn of_lane<'a>(&'a self, nodes: Nodes<'a>, lane: usize, coefficient: f64) -> StageKinematics<'a, T> {
+    pub fn of_lane<'a>(
+        &'a self,
+        (nodes, lying): (Nodes<'a>, &'a [Moved]),
+        lane: usize,
+        coefficient: f64,
+    ) -> StageKinematics<'a, T> {
         let (elapsed, bound) = (self.elapsed.lane(lane), self.bound.lane(lane));
-        StageKinematics { nodes, lane, motion: self, coefficient, elapsed, bound }
+        StageKinematics { nodes, lying, lane, motion: self, coefficient, elapsed, bound }
     }
 }
 
@@ -111,6 +123,6 @@ impl<T: Real> StageKinematics<'_, T> {
 
     /// Predicted gap up to which a pair takes part if `moving` of its two bodies are links \[m\].
     pub fn margin(&self, moving: f64) -> f64 {
-        self.bound.contact_margin(self.coefficient, moving, self.motion.smallest_radius)
+        self.motion.margin(self.coefficient, self.lane, moving)
     }
 }

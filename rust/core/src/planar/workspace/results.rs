@@ -1,11 +1,10 @@
 //! What follows from a solved stage, lane by lane: the next prediction, the verdict on the step and its end state.
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::math::{Laned, Mask, Real, read_lane};
-use crate::obstacles::Moved;
 use crate::planar::contact_detection::MARGIN;
-use crate::planar::{Body, Planar, PlanarSystem, StageSolution};
+use crate::planar::{Body, Planar, PlanarSystem, StageSolution, WarmStart};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
@@ -18,7 +17,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Planar;
 
     fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult> {
-        let nodes = self.drives.target.len() + 1 + self.own_movables[lane];
+        let nodes = self.drives.target.len() + 1 + self.awake.of(lane).len();
         self.fallback.solve_lane(&self.stage, &mut self.solution, (lane, nodes), tolerance, solves_left)
     }
 
@@ -32,9 +31,11 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn postpone(&mut self, lane: usize, body: &mut Body) {
-        let guess = &mut body.warm_start.guess;
+        let (chain, guess) = (self.motion.arms.len(), &mut body.warm_start.guess);
         guess.clear();
-        guess.extend(self.solution.twist.iter().map(|twist| twist.lane(lane)));
+        guess.resize(chain + body.state.movables.len(), Vector3::zeros());
+        read_lane::<T, _>(&self.solution.twist[..chain], lane, guess);
+        self.awake.read(lane, &self.solution.twist[chain..], &mut guess[chain..]);
         self.keep_friction(lane, body);
     }
 
@@ -94,10 +95,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     fn accept(&mut self, system: &PlanarSystem, lane: usize, body: &mut Body) {
         read_lane::<T, _>(&self.result.end, lane, &mut body.state.pose);
         read_lane::<T, _>(&self.result.twist, lane, &mut body.state.twist);
-        let chain = system.robot.link_count();
-        for (node, moved) in body.state.movables.iter_mut().enumerate().map(|(k, moved)| (chain + k, moved)) {
-            *moved = Moved { pose: self.result.end[node].lane(lane), twist: self.result.twist[node].lane(lane) };
-        }
+        self.keep_bodies(system, lane, body);
         self.drives.backlash.save(lane, &mut body.warm_start.backlash);
         self.joint_stops.save(lane, &mut body.warm_start.joint_stops);
         self.motors.save(lane, &mut body.warm_start.gear_friction);
@@ -109,8 +107,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
             body.warm_start.near.arrive(displacement, error);
             body.warm_start.near.end_step();
         }
-        let nodes = system.nodes(&body.obstacles);
-        let gap = |id| self.end_gap_of_pair(nodes, lane, id);
+        let nodes = self.nodes(system, lane, &body.obstacles);
+        let gap = |id| self.end_gap_of_pair(nodes, lane, &body.state.movables, id);
         body.warm_start.self_contacts.end_step(gap);
         let per_second = 1.0 / self.stage.coefficient.lane(lane);
         for (torque, drive) in body.warm_start.joint_torque.iter_mut().zip(&self.result.actuator) {
@@ -122,14 +120,16 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 impl<T: Real> Workspace<T> {
     /// Keeps the friction of the last stage as the next initial guess.
     fn keep_friction(&self, lane: usize, body: &mut Body) {
-        let (own, chain) = (self.own_movables[lane], self.drives.target.len() + 1);
+        let (own, chain) = (body.state.movables.len(), self.motion.arms.len());
+        let WarmStart { friction, spin, .. } = &mut body.warm_start;
+        friction.resize(chain + own, Vector2::zeros());
+        read_lane::<T, _>(&self.friction_force[..chain], lane, friction);
+        self.awake.read(lane, &self.friction_force[chain..], &mut friction[chain..]);
         // Other lanes may have discs that turn.
-        let spins = if own > 0 || self.resists_spin { chain + own } else { 0 };
-        body.warm_start.spin.clear();
-        body.warm_start.spin.extend(self.spin_torque.iter().take(spins).map(|torque| torque.lane(lane)));
-        body.warm_start.friction.resize(chain + own, Vector2::zeros());
-        for (force, lanes) in body.warm_start.friction.iter_mut().zip(&self.friction_force) {
-            *force = Vector2::new(lanes.x.lane(lane), lanes.y.lane(lane));
+        spin.resize(if own > 0 || self.resists_spin { chain + own } else { 0 }, 0.0);
+        if !(spin.is_empty() || self.spin_torque.is_empty()) {
+            read_lane::<T, _>(&self.spin_torque[..chain], lane, spin);
+            self.awake.read(lane, &self.spin_torque[chain..], &mut spin[chain..]);
         }
     }
 }

@@ -138,10 +138,8 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         let rates = rates.map(|(expected, rate)| (*expected, *rate));
         self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
         self.result.energy = work_of(&self.stage, &self.solution);
-        if self.has_springs {
-            for (movable, x) in self.movables.iter().zip(&self.solution.twist[self.motion.frames.len()..]) {
-                self.result.energy.friction += movable.spring.work_of_damper(self.stage.coefficient, &x.in_plane());
-            }
+        for (movable, x) in self.movables.iter().zip(&self.solution.twist[self.motion.frames.len()..]) {
+            self.result.energy.friction += movable.spring.work_of_damper(self.stage.coefficient, &x.in_plane());
         }
         self.measure_deviation();
         self.find_touchdowns();
@@ -268,24 +266,6 @@ impl<T: Real> Workspace<T> {
             if self.shares.is_any {
                 link.share = [factor * self.shares.share(2 * i), factor * self.shares.share(2 * i + 1)];
             }
-        }
-    }
-
-    #[inline(always)]
-    fn fill_movables(&mut self) {
-        let (c, first) = (self.stage.coefficient, self.motion.frames.len());
-        let links = self.stage.links[first..].iter_mut().zip(&mut self.stage.surfaces);
-        for (k, ((link, surface), movable)) in links.zip(&self.movables).enumerate() {
-            let mut reference = self.motion.moved[k];
-            reference.x += c * self.gravity.x;
-            reference.y += c * self.gravity.y;
-            link.mass = movable.mass;
-            if self.has_springs {
-                (link.mass, reference) = movable.spring.hold(c, &self.motion.base.moved[k], movable.mass, &reference);
-            }
-            (link.inertia, link.roll_inertia) = (movable.inertia, movable.inertia);
-            link.momentum = link.momentum_of(&Twist::upright(&reference));
-            *surface = scaled(&movable.friction, c);
         }
     }
 

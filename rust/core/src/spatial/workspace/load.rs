@@ -1,13 +1,12 @@
 //! Robots and their references into lanes.
 
 use crate::gait::CardanTarget;
-use crate::math::{Laned, MAX_LANES, Mask, Real, write_lane};
-use crate::spatial::lanes::write_moved;
+use crate::math::{Laned, Mask, Real, write_lane};
 use crate::spatial::{Spatial, SpatialSystem};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput};
 
-use super::{StageMovable, Workspace};
+use super::Workspace;
 
 impl<T: Real> StageInput<T> for Workspace<T> {
     type Model = Spatial;
@@ -17,17 +16,8 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn load<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
-        let own = |lane: usize| if lane < T::LANES { members.body(lane).state.movables.len() } else { 0 };
-        let own: [usize; MAX_LANES] = std::array::from_fn(own);
-        let most = own.iter().copied().fold(0, usize::max);
-        if most > self.movables.len() {
-            *self = Self::new(members.system, most);
-        }
-        self.own_movables = own;
+        self.load_movables(members);
         self.load_variations(members);
-        if !self.movables.is_empty() {
-            self.load_movables(members);
-        }
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
         self.drives.backlash.load(|lane| (parameters(lane).backlash, &members.body(lane).warm_start.backlash));
         self.shares.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
@@ -40,7 +30,6 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             write_lane::<T, _>(&mut self.motion.start_momentum, lane, &state.momentum);
             self.forces.set_lane(lane, &state.forces);
             self.known[lane].copy_from(&state.contacts);
-            write_moved(&mut self.surface_force, lane, &state.surface);
         }
         for (i, ends) in self.stood.iter_mut().enumerate() {
             *ends = [0, 1].map(|end| T::Mask::of(|lane| members.body(lane).warm_start.stands[i][end]));
@@ -53,6 +42,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             let state = &mut members.body_mut(lane).warm_start;
             if std::mem::take(&mut state.is_postponed) {
                 self.motion.guess.set_lane(lane, &state.guess);
+                self.awake.write(lane, &mut self.motion.guess.moved, &state.guess.moved);
             }
             // The links have been placed only now.
             if self.shares.has_patches() {
@@ -108,22 +98,6 @@ impl<T: Real> Workspace<T> {
             })
         });
         shares.find_patches(lane, contacts);
-    }
-
-    fn load_movables<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
-        let (system, first) = (members.system, members.system.robot.link_count());
-        self.has_springs = members.any(|body| body.obstacles.movables().iter().any(|one| one.spring.is_some()));
-        for lane in 0..T::LANES {
-            for (k, to) in self.movables.iter_mut().enumerate() {
-                let own = members.body(lane).obstacles.movables().get(k);
-                to.set_lane(
-                    lane,
-                    &own.map_or_else(|| StageMovable::absent(system), |one| StageMovable::of(system, one)),
-                );
-                let half_length = own.map_or(0.5 * system.robot.links[0].length, |one| one.link.reach());
-                self.stage.links[first + k].half_length.set_lane(lane, half_length);
-            }
-        }
     }
 
     /// Constants of the lanes' own robots; nothing to do where all are as the system's.

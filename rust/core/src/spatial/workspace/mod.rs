@@ -1,5 +1,6 @@
 //! The current stage over lanes: its data, how it is built, and what follows from its solution.
 
+mod bodies;
 mod drives;
 mod kernels;
 mod load;
@@ -12,8 +13,7 @@ pub use motion::{Motion, StageKinematics};
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::ContactMemory;
-use crate::math::{MAX_LANES, Mask, Real, laned};
-use crate::obstacles::Movable;
+use crate::math::{MAX_LANES, Mask, Real};
 use crate::robot::Link;
 use crate::spatial::spatial_vector::zero_vector;
 use crate::spatial::{
@@ -21,7 +21,7 @@ use crate::spatial::{
     StageSolution,
 };
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Closings, EnergyLedger, FrictionShares, JointStops, Motors, StageSpring};
+use crate::stepping::{Awake, Closings, EnergyLedger, FrictionShares, JointStops, Motors};
 
 use super::chain_state::GroundForces;
 use super::lane_fallback::LaneFallback;
@@ -30,6 +30,7 @@ use super::rest::RestCandidate;
 use super::self_contact::SelfContactDetection;
 use super::support::Support;
 
+use bodies::StageMovable;
 use drives::Drives;
 
 /// Data of the current stage, for as many robots as `T` has lanes.
@@ -43,11 +44,13 @@ pub struct Workspace<T: Real> {
     is_varied: bool,
     pub motion: Motion<T>,
     drives: Drives<T>,
-    /// Obstacles that can be pushed, as many as the robot of any lane has had, and those of the lanes' own robots; the others
-    /// of a lane rest and touch nothing.
+    /// Obstacles that can be pushed: as many as the robot of any lane has had, those that are awake, and their nodes behind the
+    /// chain. A lane that has fewer than others has absent ones, which rest and touch nothing.
+    room: usize,
+    pub awake: Awake,
     movables: Vec<StageMovable<T>>,
-    pub own_movables: [usize; MAX_LANES],
-    has_springs: bool,
+    absent: StageMovable<T>,
+    upright: StageLink<T>,
     /// Their friction in the last stage \[N\], \[N m\].
     surface_force: Vec<Vector3<T>>,
     /// Of each link, on the coefficients of friction of the ground.
@@ -107,43 +110,6 @@ pub struct Kept<T> {
     pub energy: EnergyLedger<T>,
 }
 
-/// Constants of something that can be pushed.
-#[derive(Debug, Clone, Copy)]
-struct StageMovable<T> {
-    mass: T,
-    inertia: T,
-    /// Farthest point of its outline that turning moves \[m\].
-    reach: T,
-    /// Semi-axes of its limit surface \[N\], \[N m\].
-    friction: Vector3<T>,
-    spring: StageSpring<T>,
-}
-
-laned! {
-    StageMovable { mass, inertia, reach, friction, spring };
-}
-
-impl<T: Real> StageMovable<T> {
-    fn none() -> Self {
-        let zero = T::zero();
-        Self { mass: zero, inertia: zero, reach: zero, friction: zero_vector(), spring: StageSpring::none() }
-    }
-}
-
-impl StageMovable<f64> {
-    fn of(system: &SpatialSystem, movable: &Movable) -> Self {
-        let Link { mass, inertia, .. } = movable.link;
-        let (reach, friction) = (movable.turning_reach(), movable.friction(-system.gravity.z));
-        Self { mass, inertia, reach, friction, spring: StageSpring::of(movable) }
-    }
-
-    /// In the place of one that only other lanes have.
-    fn absent(system: &SpatialSystem) -> Self {
-        let Link { mass, inertia, .. } = system.robot.links[0];
-        Self { mass, inertia, reach: 0.0, friction: Vector3::zeros(), spring: StageSpring::NONE }
-    }
-}
-
 impl<T: Real> Workspace<T> {
     pub fn new(system: &SpatialSystem, movables: usize) -> Self {
         let links = system.robot.link_count();
@@ -160,9 +126,11 @@ impl<T: Real> Workspace<T> {
             is_varied: false,
             motion: Motion::new(system, movables),
             drives: Drives::new(system),
-            movables: vec![StageMovable::none(); movables],
-            own_movables: [0; MAX_LANES],
-            has_springs: false,
+            room: movables,
+            awake: Awake::none(),
+            movables: Vec::with_capacity(movables),
+            absent: StageMovable::absent(system),
+            upright: StageLink { cg_offset: zero, share: [zero; 2], ..stage_link(&system.robot.links[0]) },
             surface_force: vec![zero_vector(); movables],
             friction_factor: system.robot.links.iter().map(|link| T::splat(link.friction_factor)).collect(),
             shares: FrictionShares::new(2 * links, system.stribeck.speed, &system.patches),
@@ -205,10 +173,16 @@ impl<T: Real> Workspace<T> {
 fn empty_stage<T: Real>(system: &SpatialSystem, movables: usize) -> Stage<T> {
     let mut stage = Stage::with_capacity(system.robot.link_count() + movables);
     stage.axes.clone_from(&system.robot.axes);
-    let zero = T::zero();
     let sliding = system.friction.map(T::splat);
     stage.friction = StageFriction { sliding, rolling: T::splat(system.rolling_friction), skin: system.skin };
-    stage.links.extend(system.robot.links.iter().map(|link| StageLink {
+    stage.links.extend(system.robot.links.iter().map(stage_link));
+    stage.surfaces.reserve(movables);
+    stage
+}
+
+fn stage_link<T: Real>(link: &Link) -> StageLink<T> {
+    let zero = T::zero();
+    StageLink {
         axes: Frame::origin().axes,
         momentum: Momentum::zero(),
         mass: T::splat(link.mass),
@@ -221,10 +195,5 @@ fn empty_stage<T: Real>(system: &SpatialSystem, movables: usize) -> Stage<T> {
         tangent: Vector2::new(T::splat(1.0), zero),
         share: [T::splat(1.0); 2],
         ground: [zero; 2],
-    }));
-    // Upright, and never on its ends.
-    let upright = StageLink { axes: Frame::origin().axes, cg_offset: zero, share: [zero; 2], ..stage.links[0] };
-    stage.links.extend(std::iter::repeat_n(upright, movables));
-    stage.surfaces.resize(movables, zero_vector());
-    stage
+    }
 }

@@ -5,6 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use super::kernels::SUNK;
 use crate::contact::{KnownContact, Source};
 use crate::math::{Mask, Real, read_lane};
+use crate::obstacles::{Movable, Moved};
 use crate::spatial::obstacle_contacts::friction_of;
 use crate::spatial::rest::is_at_rest;
 use crate::spatial::support::Support;
@@ -13,6 +14,7 @@ use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
     Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, SolvedRows, StageOutput, StageRecord,
+    holding,
 };
 
 use super::{Motion, Workspace};
@@ -21,7 +23,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Spatial;
 
     fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult> {
-        let nodes = self.motion.frames.len() + self.own_movables[lane];
+        let nodes = self.motion.frames.len() + self.awake.of(lane).len();
         self.fallback.solve_lane(&self.stage, &mut self.solution, (lane, nodes), tolerance, solves_left)
     }
 
@@ -39,6 +41,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     fn postpone(&mut self, lane: usize, body: &mut SpatialBody) {
         let state = &mut body.warm_start;
         self.motion.guess.read_lane(lane, &mut state.guess);
+        state.guess.moved.fill(Vector3::zeros());
+        self.awake.read(lane, &self.motion.guess.moved, &mut state.guess.moved);
         state.is_postponed = true;
         self.keep_forces(lane, state);
     }
@@ -130,9 +134,9 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         }
     }
 
-    fn accept(&mut self, _: &SpatialSystem, lane: usize, body: &mut SpatialBody) {
+    fn accept(&mut self, system: &SpatialSystem, lane: usize, body: &mut SpatialBody) {
         let c = self.stage.coefficient.lane(lane);
-        let SpatialBody { warm_start: state, ground_impulse, .. } = body;
+        let SpatialBody { warm_start: state, ground_impulse, obstacles, .. } = body;
         state.began_at_rest = is_at_rest(&state.velocity);
         self.result.arrival.read_lane(lane, &mut state.configuration);
         self.result.kept.end.read_lane(lane, &mut state.velocity);
@@ -141,6 +145,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.motors.save(lane, &mut state.gear_friction);
         read_lane::<T, _>(&self.result.kept.momentum, lane, &mut state.momentum);
         self.keep_forces(lane, state);
+        self.keep_bodies(system, lane, obstacles.movables(), state);
         state.end_step();
         for (link, sum) in ground_impulse.iter_mut().enumerate() {
             *sum += self.ground_impulse(lane, link);
@@ -153,6 +158,17 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 }
 
 impl<T: Real> Workspace<T> {
+    /// Where what can be pushed is, and how it moves; what sleeps lies still.
+    fn keep_bodies(&self, system: &SpatialSystem, lane: usize, movables: &[Movable], state: &mut ChainState) {
+        self.awake.read(lane, &self.result.arrival.moved, &mut state.configuration.moved);
+        self.awake.read(lane, &self.result.kept.end.moved, &mut state.velocity.moved);
+        for &number in self.awake.asleep(lane) {
+            let moved = Moved { pose: state.configuration.moved[number], twist: Vector3::zeros() };
+            state.velocity.moved[number] = moved.twist;
+            state.surface[number] = holding(&movables[number], &moved, &system.gravity).unwrap_or_default();
+        }
+    }
+
     /// Impulses of top faces in a lane's solved stage.
     fn top_impulses(&self, lane: usize) -> impl Iterator<Item = ContactImpulse> + '_ {
         self.supports[lane].iter().map(move |&Support { link, side, obstacle, .. }| ContactImpulse {
@@ -224,7 +240,7 @@ impl<T: Real> Workspace<T> {
     /// Keeps the forces of a lane's last stage as the next warm start.
     fn keep_forces(&self, lane: usize, state: &mut ChainState) {
         self.forces.read_lane(lane, &mut state.forces);
-        read_lane::<T, _>(&self.surface_force, lane, &mut state.surface);
+        self.awake.read(lane, &self.surface_force, &mut state.surface);
         state.contacts.copy_from(&self.known[lane]);
     }
 }
