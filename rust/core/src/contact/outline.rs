@@ -62,10 +62,11 @@ impl<'a> PlacedOutline<'a> {
         Vector2::new(cos * v.x + sin * v.y, cos * v.y - sin * v.x)
     }
 
-    /// The point of the outline nearest to a point, with its normal in the world's frame; a wall is seen from `place`.
-    fn nearest_point(&self, place: &Vector2<f64>, point: &Vector2<f64>) -> NearestPoint {
-        let [place, point] = [place, point].map(|at| self.turned_back(&(at - self.centre)));
-        let nearest = self.polygon.nearest_point_seen_from(&place, &point);
+    /// The point of the outline nearest to a point of another polygon, with its normal in the world's frame.
+    fn nearest_point(&self, other: &PlacedOutline, point: &Vector2<f64>) -> NearestPoint {
+        let seen = |at: Vector2<f64>| self.turned_back(&(at - self.centre));
+        let vertices = (0..other.vertices()).map(|vertex| seen(other.vertex(vertex)));
+        let nearest = self.polygon.nearest_point_of(&seen(other.centre), vertices, &seen(*point));
         NearestPoint { normal: self.turned(&nearest.normal), ..nearest }
     }
 }
@@ -83,11 +84,11 @@ fn touch_line(line: &CentreLine, second: &PlacedOutline, feature: usize) -> Touc
 fn touch_polygon(first: &PlacedOutline, second: &PlacedOutline, feature: usize) -> Touch {
     let Some(vertex) = feature.checked_sub(first.vertices()) else {
         let point = first.vertex(feature);
-        let NearestPoint { distance, normal, .. } = second.nearest_point(&first.centre, &point);
+        let NearestPoint { distance, normal, .. } = second.nearest_point(first, &point);
         return Touch { distance, normal, point, is_redundant: false };
     };
     let of_second = second.vertex(vertex);
-    let NearestPoint { distance, normal, is_corner } = first.nearest_point(&second.centre, &of_second);
+    let NearestPoint { distance, normal, is_corner } = first.nearest_point(second, &of_second);
     // A vertex nearest to a vertex of the first is that one's contact.
     Touch { distance, normal: -normal, point: of_second - normal * distance, is_redundant: is_corner }
 }

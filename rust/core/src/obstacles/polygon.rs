@@ -176,14 +176,23 @@ impl ConvexPolygon {
         NearestPoint { distance: offset.norm(), normal, is_corner }
     }
 
-    /// The same as seen from another place: a wall without thickness has been crossed by points on its other side.
-    pub fn nearest_point_seen_from(&self, place: &Vector2<f64>, point: &Vector2<f64>) -> NearestPoint {
+    /// The same for a point of a body with its centre at `place` and these vertices. A wall without thickness has been crossed
+    /// by points on its other side. What is inside has come through the edge that parts the bodies best: flush with another
+    /// edge, the point is as near to that one.
+    pub fn nearest_point_of(
+        &self,
+        place: &Vector2<f64>,
+        vertices: impl Iterator<Item = Vector2<f64>> + Clone,
+        point: &Vector2<f64>,
+    ) -> NearestPoint {
         let nearest = self.nearest_point(point);
-        if self.vertices.len() > 2 || nearest.is_corner {
+        let is_wall = self.vertices.len() == 2;
+        if if is_wall { nearest.is_corner } else { nearest.distance > ROUNDING } {
             return nearest;
         }
-        let edge = usize::from(self.height(0, place) < 0.0);
-        NearestPoint { distance: self.height(edge, point), normal: self.normals[edge], is_corner: false }
+        let clearance = |edge: usize| vertices.clone().map(|v| self.height(edge, &v)).fold(f64::INFINITY, f64::min);
+        let edge = if is_wall { usize::from(self.height(0, place) < 0.0) } else { self.highest_edge(clearance) };
+        NearestPoint { distance: self.height(edge, point), normal: self.normals[edge], ..nearest }
     }
 
     /// Places between which a centre line that crosses the polygon is inside it.
@@ -227,6 +236,9 @@ impl ConvexPolygon {
         (1..self.normals.len()).fold(0, |highest, edge| if height(edge) > height(highest) { edge } else { highest })
     }
 }
+
+/// Distance of what counts as inside \[m\].
+const ROUNDING: f64 = 1e-9;
 
 /// Places of the ends of a centre line.
 const ENDS: [f64; 2] = [-1.0, 1.0];

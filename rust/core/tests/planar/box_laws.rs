@@ -200,6 +200,25 @@ fn two_boxes_in_a_row_move_on_together() {
     assert!(first.twist.norm() < 1e-12 && second.twist.norm() < 1e-12);
 }
 
+/// Equal boxes whose sides are flush: every vertex meets another one, and is on two edges at once.
+#[test]
+fn equal_boxes_in_line_do_not_pass_each_other() {
+    for angle in [0.0, 0.3] {
+        let along = Vector2::new(f64::cos(angle), f64::sin(angle));
+        let row = [0.0, 0.5, 0.7].map(|at| boxed([0.2; 2], [at * along.x, at * along.y, angle], 1.0, 0.0));
+        let mut simulation = beside(row.to_vec(), 5e-3, 2);
+        push_off(&mut simulation, &[Twist::new(along.x, along.y, 0.0)]);
+        solved(simulation.advance(1.0, &Hold(0.0)));
+        for (k, at) in [(0, 0.0), (1, 0.2), (2, 0.4)] {
+            let Moved { pose, twist } = moved(&simulation, k);
+            // 0.3 m until they meet, then all at a third of the speed.
+            let way = 0.3 + 0.7 / 3.0 + at;
+            assert!((twist.xy() - along / 3.0).norm() < 1e-3 && twist.z.abs() < 1e-2, "{k}: {twist}");
+            assert!((pose.xy() - along * way).norm() < 2e-3, "{k}: {pose} of {way}");
+        }
+    }
+}
+
 /// Directions of contacts are derivatives of their gaps, which are continuous through the contact, for all pairs of bodies.
 #[test]
 fn gaps_of_polygons_change_as_their_directions_say() {
