@@ -216,9 +216,13 @@ impl<'a> Nodes<'a> {
     }
 
     /// The node with this number, unless it is left out.
+    #[inline]
     pub fn place_of(&self, number: usize) -> Option<usize> {
         let links = self.links.len();
-        let Some(chosen) = self.chosen.filter(|_| number >= links) else { return Some(number) };
+        if number < links {
+            return Some(number);
+        }
+        let Some(chosen) = self.chosen else { return Some(number) };
         chosen.iter().position(|one| links + one == number).map(|place| links + place)
     }
 

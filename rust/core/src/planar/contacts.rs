@@ -3,9 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
-use crate::contact::{
-    LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, PlacedLink, link_obstacle_contact, touching_distance,
-};
+use crate::contact::{LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, link_obstacle_contact, touching_distance};
 use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::planar::{Heading, StageContact};
@@ -54,7 +52,9 @@ impl Contacts {
             self.rows.add(robot.lane, pair.id(), *index, pair.known, row);
         }
         // A pair that takes no part has no force, unless what sleeps leans there.
-        for pair in near.pairs_mut().iter_mut().filter(|pair| robot.nodes.place_of(pair.link).is_some()) {
+        let chain = robot.nodes.links.len();
+        let takes_part = |link: usize| link < chain || robot.nodes.place_of(link).is_some();
+        for pair in near.pairs_mut().iter_mut().filter(|pair| takes_part(pair.link)) {
             (pair.known.force, pair.known.friction) = (0.0, Vector3::zeros());
         }
     }
@@ -84,10 +84,18 @@ impl Contacts {
 impl<T: Real> StageKinematics<'_, T> {
     /// A pair at the predicted end.
     fn contact(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
+        let Some(node) = self.nodes.place_of(pair.link) else { return self.contact_of_sleeper(pair, obstacles) };
+        let Heading { cos, sin } = self.heading(node);
+        let end = self.end(node);
+        link_obstacle_contact(&end, cos, sin, self.nodes.get(node), obstacles, (pair.obstacle, pair.feature))
+    }
+
+    #[cold]
+    fn contact_of_sleeper(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
         let Motion { predicted, heading, .. } = self.motion;
-        let at_end = place_numbered((self.nodes, self.lying), pair.link, self.lane, predicted, heading);
-        let PlacedLink { link, pose, axis } = at_end;
-        link_obstacle_contact(&pose, axis.x, axis.y, link, obstacles, (pair.obstacle, pair.feature))
+        let lies = place_numbered((self.nodes, self.lying), pair.link, self.lane, predicted, heading);
+        let at = (pair.obstacle, pair.feature);
+        link_obstacle_contact(&lies.pose, lies.axis.x, lies.axis.y, lies.link, obstacles, at)
     }
 
     /// Direction and offset of a pair, given how it is at the predicted end.
