@@ -139,11 +139,6 @@ impl ObstacleGrid {
         self.bodies.get(obstacle.checked_sub(self.bodies_from())?).map(|(_, body)| body)
     }
 
-    /// Whether there are any.
-    pub fn has_bodies(&self) -> bool {
-        !self.bodies.is_empty()
-    }
-
     fn fields(&self) -> impl Iterator<Item = (&Rectangle, &HeightField)> {
         self.bodies.iter().filter_map(|(rectangle, body)| Some((rectangle, body.height_field()?)))
     }
