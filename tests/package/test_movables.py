@@ -457,3 +457,44 @@ def test_states_in_which_boxes_press_on_each_other_can_be_restored(model):
             env.step(np.zeros(env.action_space.shape))
             env.set_state(env.get_state())
         assert env.state().obstacle_position[1, 0] < second.x - 0.005
+
+
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_a_state_from_right_after_a_reset_can_be_restored_whatever_there_was_before(model):
+    discs = [Circle(0.08, -0.3 * (k + 1), 0.02, mass=0.5, ground_friction=0.3) for k in range(3)]
+    few, many = (Scene(obstacles=[(0.1, 0.0, 3.0), *discs[:count]], friction=(0.1, 0.6)) for count in (1, 3))
+    for before, after in [(few, many), (many, few)]:
+        with closing(SnakeEnv(model=model, scene=before, start=AHEAD, start_jitter=0.0)) as env:
+            env.reset(seed=0)
+            env.step(np.zeros(env.action_space.shape))
+            env.reset(seed=0, options={"scene": after})
+            env.set_state(env.get_state())
+            env.step(np.zeros(env.action_space.shape))
+
+
+@pytest.mark.parametrize("speed", [1.8, 2.0, 2.2])
+def test_a_fast_box_does_not_pass_through_one_that_is_thinner_than_the_links(speed):
+    fast = Box((0.1, 0.6), -0.531, -0.021, mass=0.05, ground_friction=0.05)
+    thin = Box((0.02, 0.6), -0.641, 0.0, mass=5.0, ground_friction=0.05)
+    scene = Scene(obstacles=[fast, thin], friction=(0.1, 0.6))
+    start = Start(position=(0.0, 0.0), heading=0.0, posture="straight")
+    with closing(
+        SnakeEnv(scene=scene, start=start, start_jitter=0.0, control_period=0.02, action_mode="joints")
+    ) as env:
+        env.reset(seed=0)
+        impulse = np.zeros((11, 2))
+        impulse[:, 0] = -0.68 * speed
+        env.unwrapped.push(impulse)
+        for _ in range(16):
+            env.step(np.zeros(env.action_space.shape))
+            state = env.state()
+            angle, other = state.obstacle_angle
+            corner = state.obstacle_position[0] + turned((-0.05, 0.3), angle) - state.obstacle_position[1]
+            assert turned(corner, -other)[0] > 0.009
+        assert state.obstacle_position[1, 0] < thin.x - 1e-4
+
+
+def turned(point, angle):
+    """A point of the plane, turned about the origin."""
+    (x, y), c, s = point, np.cos(angle), np.sin(angle)
+    return np.array([c * x - s * y, s * x + c * y])

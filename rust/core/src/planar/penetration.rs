@@ -27,7 +27,7 @@ impl<T: Real> Workspace<T> {
         if self.room > 0 {
             self.wake(system, lane, body, 0.0, true);
         }
-        let mut sinking = if self.may_have_crossed(lane, system, body) { Sinking::TooDeep } else { Sinking::No };
+        let mut sinking = if self.may_have_crossed(lane, body) { Sinking::TooDeep } else { Sinking::No };
         if self.near_obstacles[lane] {
             let Body { state, warm_start, obstacles, .. } = &mut *body;
             let (near, lying) = (&mut warm_start.near, &state.movables);
@@ -62,9 +62,9 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Whether a link moved so far that it could be on the other side of what it was near.
-    fn may_have_crossed(&self, lane: usize, system: &PlanarSystem, body: &Body) -> bool {
+    fn may_have_crossed(&self, lane: usize, body: &Body) -> bool {
         let displacement = self.motion.bound.displacement.lane(lane);
-        if displacement <= system.smallest_radius() {
+        if displacement <= self.motion.smallest_radius.lane(lane) {
             return false;
         }
         let near_peg = self.near_obstacles[lane]

@@ -206,11 +206,12 @@ impl WarmStart for ChainState {
         }
     }
 
-    fn clear(&mut self) {
+    fn clear(&mut self, movables: usize) {
         self.began_at_rest = false;
         self.is_postponed = false;
         self.forces.clear();
-        self.surface.fill(Vector3::zeros());
+        self.surface.clear();
+        self.surface.resize(movables, Vector3::zeros());
         self.stands.fill([false; 2]);
         self.contacts.clear();
         self.joint_stops.clear();

@@ -2,7 +2,8 @@
 //!
 //! Where one lies still and the ground holds it, the solution of a stage is known: it stays where it is. It *sleeps*: the
 //! stages have no node for it, and it costs next to nothing. Once something that is awake comes near it, it wakes, and is a
-//! node from that stage on; the stages before would have left it as it was at the start of the step.
+//! node from that stage on; the stages before would have left it as it was at the start of the step. What starts slightly
+//! inside something is not pushed out before one of both moves.
 
 use std::ops::Range;
 
@@ -139,7 +140,7 @@ pub fn holding(movable: &Movable, Moved { pose, twist }: &Moved, gravity: &Vecto
     (is_still && force.norm() <= HELD * most).then(|| force.push(0.0))
 }
 
-/// Velocity below which it is that of the solver's tolerance \[m/s\], \[rad/s\].
+/// Velocity that counts as none \[m/s\], \[rad/s\].
 pub const AT_REST: f64 = 1e-7;
 
 /// Share of friction that must do to hold what sleeps: with all of it, it could as well creep.

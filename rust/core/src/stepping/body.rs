@@ -108,7 +108,7 @@ impl<M: Model> Body<M> {
     /// Clears forces and counters; the present state counts as good.
     pub fn clear_memory(&mut self) {
         self.begin();
-        self.warm_start.clear();
+        self.warm_start.clear(self.obstacles.movables().len());
         self.clock = Clock::default();
         self.solves = 0;
         self.postponements = 0;
@@ -144,7 +144,7 @@ impl<M: Model> Body<M> {
         if !self.is_plausible {
             self.state.copy_from(&self.last_good);
             self.state.stop();
-            self.warm_start.clear();
+            self.warm_start.clear(self.obstacles.movables().len());
             self.clock = Clock::default();
             self.solves = 0;
             self.statistics.clear_work();

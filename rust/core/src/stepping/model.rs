@@ -92,8 +92,8 @@ pub trait WarmStart: Debug + Clone {
     type Saved: Debug + Clone + PartialEq + Serialize + DeserializeOwned;
 
     fn new(links: usize) -> Self;
-    /// The robot was placed: no earlier forces.
-    fn clear(&mut self);
+    /// The robot was placed, among so many obstacles that can be pushed: no earlier forces.
+    fn clear(&mut self, movables: usize);
     fn save(&self) -> Self::Saved;
     fn resume(&mut self, saved: &Self::Saved);
     /// Whether `saved` is of a robot of `links` links among these obstacles.

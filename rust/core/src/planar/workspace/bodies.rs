@@ -31,6 +31,9 @@ impl<T: Real> Workspace<T> {
                 is_guessed || holding(&obstacles.movables()[number], &state.movables[number], &gravity).is_none()
             };
             self.awake.begin(lane, state.movables.len(), is_awake);
+            let radii = obstacles.movables().iter().map(|movable| movable.link.radius);
+            let smallest = radii.fold(members.system.smallest_radius(), f64::min);
+            Real::set_lane(&mut self.motion.smallest_radius, lane, smallest);
         }
         self.has_springs = members.any(|body| body.obstacles.movables().iter().any(|one| one.spring.is_some()));
         self.resize(0);

@@ -14,8 +14,8 @@ use super::motion_bound::MotionBound;
 pub struct Motion<T> {
     /// Distances of each CG from the joints in front of the link and behind it, for the links of the robot only \[m\].
     pub arms: Vec<[T; 2]>,
-    /// Of all links \[m\].
-    pub smallest_radius: f64,
+    /// Of all links and of what can be pushed \[m\].
+    pub smallest_radius: T,
     /// State at the start of the step.
     pub start_pose: Vec<Vector3<T>>,
     pub start_twist: Vec<Vector3<T>>,
@@ -53,7 +53,7 @@ impl<T: Real> Motion<T> {
         let rest = vec![Vector3::new(zero, zero, zero); links.len() + movables];
         Self {
             arms: links.iter().map(|link| link.arms().map(T::splat)).collect(),
-            smallest_radius: system.smallest_radius(),
+            smallest_radius: T::splat(system.smallest_radius()),
             start_pose: rest.clone(),
             start_twist: rest.clone(),
             base: rest.clone(),
@@ -69,7 +69,7 @@ impl<T: Real> Motion<T> {
 
     /// See [`StageKinematics::margin`].
     pub fn margin(&self, coefficient: f64, lane: usize, moving: f64) -> f64 {
-        self.bound.lane(lane).contact_margin(coefficient, moving, self.smallest_radius)
+        self.bound.lane(lane).contact_margin(coefficient, moving, self.smallest_radius.lane(lane))
     }
 
     /// The robot of a lane in a stage of this coefficient \[s\].

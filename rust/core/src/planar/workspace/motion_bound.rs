@@ -25,11 +25,11 @@ impl<T: Real> MotionBound<T> {
     /// Gap below which a pair becomes a contact of a stage of coefficient `c`, if `moving` of its two bodies are links
     /// \[m\].
     #[inline(always)]
-    pub fn contact_margin(&self, c: T, moving: f64, smallest_radius: f64) -> T {
+    pub fn contact_margin(&self, c: T, moving: f64, smallest_radius: T) -> T {
         // In this order the velocities of a diverged robot, which may be NaN, leave the least margin.
         let margin = (T::splat(2.0) * c * self.fastest).max(T::splat(MARGIN));
         // Fast enough to pass each other within the step.
-        let is_fast = T::splat(smallest_radius).lt(self.displacement);
+        let is_fast = smallest_radius.lt(self.displacement);
         T::select(is_fast, margin.max(T::splat(moving) * self.displacement), margin)
     }
 }
