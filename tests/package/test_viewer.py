@@ -267,7 +267,7 @@ def test_the_page_shows_a_robot_that_moves(browser, tmp_path):
         field.fill("25")
         field.press("Enter")
         limit = time.monotonic() + 30
-        while live.amplitude.value != 25.0 and time.monotonic() < limit:
+        while np.array_equal(live._actor.action, before) and time.monotonic() < limit:
             page.wait_for_timeout(200)
         assert live.amplitude.value == 25.0
         assert not np.array_equal(live._actor.action, before)

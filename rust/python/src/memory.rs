@@ -35,5 +35,5 @@ pub fn of_environment(links: usize, obstacles: usize) -> f64 {
     PER_LINK * links as f64 + PER_OBSTACLE * obstacles as f64
 }
 
-const PER_LINK: f64 = 5000.0;
+const PER_LINK: f64 = 5200.0;
 const PER_OBSTACLE: f64 = 32.0;
