@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::control::{ControlLaw, ControllerConfig, Treatment};
 use crate::error::{ConfigError, require};
-use crate::obstacles::Obstacle;
+use crate::obstacles::{Obstacle, Shape};
 use crate::robot::{Axes, PerAxis, RobotConfig};
 use crate::scene::{FrictionLawName, SceneConfig};
 
@@ -285,7 +285,7 @@ pub fn require_supported_obstacle(
     Feature::ObstacleFriction.require(on, friction > 0.0, &format!("{field}.friction"), friction)?;
     let mass = obstacle.mass.unwrap_or_default();
     Feature::Movables.require(on, obstacle.mass.is_some(), &format!("{field}.mass"), mass)?;
-    let is_body = obstacle.shape.is_body();
+    let is_body = obstacle.shape.is_body() || matches!(obstacle.shape, Shape::Sphere { .. });
     Feature::Bodies.require(on, is_body, field, "no vertical body")?;
     let value = height.unwrap_or(f64::INFINITY);
     Feature::ObstacleHeight.require(on, height.is_some(), &format!("{field}.height"), value)

@@ -98,7 +98,7 @@ impl Placed {
             None => Shape::Circle(peg),
             Some((size, angle)) => Shape::Box { size, x: peg.x, y: peg.y, angle },
         };
-        self.moved = self.moved.map(|_| Moved { pose: Vector3::new(peg.x, peg.y, 0.0), twist: Vector3::zeros() });
+        self.moved = self.moved.map(|_| Moved::flat(Vector3::new(peg.x, peg.y, 0.0), Vector3::zeros()));
     }
 }
 
@@ -315,7 +315,7 @@ impl<M: Shown> Play for Session<M> {
                 obstacle.shape = Shape::Box { size, x: peg.x, y: peg.y, angle: 0.0 };
             }
         }
-        let at_rest = Moved { pose: Vector3::new(peg.x, peg.y, 0.0), twist: Vector3::zeros() };
+        let at_rest = Moved::flat(Vector3::new(peg.x, peg.y, 0.0), Vector3::zeros());
         self.pegs.push(Placed { obstacle, moved: moves.then_some(at_rest) });
         self.place_pegs();
         true

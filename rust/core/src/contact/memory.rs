@@ -56,7 +56,7 @@ impl ContactId {
                     && is_pair
                     && self.feature < pair_features([self.link, second], links, obstacles, features)
             }
-            Source::Fixture(_) => self.link < links,
+            Source::Fixture(_) => self.link < nodes,
         }
     }
 }

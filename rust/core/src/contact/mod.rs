@@ -1,6 +1,5 @@
 //! Contact of links with obstacles and with each other: gap functions and force directions (T 3.3.2), (T 3.4).
 
-mod apart;
 mod capsule_pair;
 mod close_pairs;
 mod folding;
@@ -12,7 +11,6 @@ mod outline;
 pub mod recovery;
 mod self_search;
 
-pub use apart::require_apart;
 pub use capsule_pair::{
     CAPSULE_CONTACTS, Capsule, CapsuleContact, capsule_contact, capsule_contacts, capsule_gap, closest_capsule_contact,
 };

@@ -66,6 +66,13 @@ pub enum Shape {
         /// Whether it is a pipe, which links touch inside too.
         inside: bool,
     },
+    /// A ball that rolls, with its centre at its start \[m\].
+    Sphere {
+        radius: f64,
+        centre: [f64; 3],
+        /// Coefficient of its rolling friction, as of the links.
+        rolling_friction: f64,
+    },
 }
 
 /// Heights on a grid.
@@ -155,6 +162,9 @@ impl Obstacle {
         let mass = self.mass?;
         Some(match &self.shape {
             Shape::Circle(peg) => Movable::disc(*peg, mass, self.ground_friction, self.spring),
+            Shape::Sphere { radius, centre, rolling_friction } => {
+                Movable::ball(*radius, *centre, mass, [self.ground_friction, *rolling_friction])
+            }
             shape => Movable::polygon(&shape.polygon()?, mass, self.ground_friction),
         })
     }
@@ -169,14 +179,16 @@ impl Obstacle {
     pub fn validate(&self) -> Result<(), ConfigError> {
         non_negative("friction", self.friction)?;
         non_negative("ground_friction", self.ground_friction)?;
+        let is_ball = matches!(self.shape, Shape::Sphere { .. });
+        require(!is_ball || self.mass.is_some(), "mass", "None", "> 0: a sphere can be pushed")?;
         if let Some(mass) = self.mass {
             positive("mass", mass)?;
             let is_flat = matches!(self.shape, Shape::Circle(_) | Shape::Box { .. } | Shape::Polygon { .. });
             require(
-                is_flat,
+                is_flat || is_ball,
                 "mass",
                 mass,
-                "None: only circles, boxes and polygons can be pushed, other obstacles are fixed",
+                "None: only circles, boxes, polygons and spheres can be pushed, other obstacles are fixed",
             )?;
             let smooth = "0 with a mass: links slide along what they push without friction";
             require(self.friction == 0.0, "friction", self.friction, smooth)?;
@@ -232,6 +244,13 @@ impl Shape {
                 coordinate("angle", *angle)?;
             }
             Shape::Polygon { vertices } => validate_outline(vertices)?,
+            Shape::Sphere { radius, centre, rolling_friction } => {
+                length("radius", *radius)?;
+                for (field, value) in ["x", "y", "z"].into_iter().zip(centre) {
+                    coordinate(field, *value)?;
+                }
+                non_negative("rolling_friction", *rolling_friction)?;
+            }
             Shape::HeightField(_) | Shape::Polyhedron { .. } | Shape::Cylinder { .. } => {
                 self.body()?;
             }
@@ -257,7 +276,6 @@ impl Shape {
     /// The outline of a wall.
     pub fn polygon(&self) -> Option<ConvexPolygon> {
         match self {
-            Shape::Circle(_) | Shape::HeightField(_) | Shape::Polyhedron { .. } | Shape::Cylinder { .. } => None,
             Shape::Segment { start, end } => Some(ConvexPolygon::new([*start, *end].map(Vector2::from).to_vec())),
             Shape::Box { size: [length, width], x, y, angle } => {
                 let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
@@ -272,6 +290,7 @@ impl Shape {
                 }
                 Some(ConvexPolygon::new(corners))
             }
+            _ => None,
         }
     }
 }
@@ -292,6 +311,9 @@ pub(super) fn validate_outline(vertices: &[[f64; 2]]) -> Result<(), ConfigError>
 
 /// Coulomb coefficient of the ground, as of links (T Table 7.2).
 pub const GROUND_FRICTION: f64 = 0.2;
+
+/// Coefficient of rolling friction, as of links (T 7.2).
+pub const ROLLING_FRICTION: f64 = 0.02;
 
 /// Shortest wall \[m\].
 const SHORTEST: f64 = 1e-9;

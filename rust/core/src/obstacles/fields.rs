@@ -7,7 +7,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::config::GROUND_FRICTION;
+use super::config::{GROUND_FRICTION, ROLLING_FRICTION};
 use super::{GroundFriction, Heights, Obstacle, Peg, Shape, Spring};
 
 /// The fields of an obstacle in a mapping: which of them it takes depends on its shape.
@@ -27,6 +27,8 @@ struct ObstacleFields {
     x: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     y: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    z: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     angle: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -43,6 +45,8 @@ struct ObstacleFields {
     mass: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
     ground_friction: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
+    rolling_friction: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stiffness: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "given")]
@@ -94,6 +98,7 @@ enum ShapeName {
     HeightField,
     Polyhedron,
     Cylinder,
+    Sphere,
 }
 
 impl ShapeName {
@@ -107,6 +112,7 @@ impl ShapeName {
             ShapeName::HeightField => ("height_field", &["spacing"], &["origin"]),
             ShapeName::Polyhedron => ("polyhedron", &["vertices"], &[]),
             ShapeName::Cylinder => ("cylinder", &["start", "end", "radius"], &["inside"]),
+            ShapeName::Sphere => ("sphere", &["radius", "x", "y"], &["z", "ground_friction", "rolling_friction"]),
         }
     }
 }
@@ -116,7 +122,7 @@ const DISC: [&str; 4] = ["ground_friction", "stiffness", "damping", "travel"];
 
 impl ObstacleFields {
     /// Field by name, and whether it has a value.
-    fn given(&self) -> [(&'static str, bool); 15] {
+    fn given(&self) -> [(&'static str, bool); 17] {
         [
             ("radius", self.radius.is_some()),
             ("start", self.start.is_some()),
@@ -124,12 +130,14 @@ impl ObstacleFields {
             ("size", self.size.is_some()),
             ("x", self.x.is_some()),
             ("y", self.y.is_some()),
+            ("z", self.z.is_some()),
             ("angle", self.angle.is_some()),
             ("vertices", self.vertices.is_some()),
             ("spacing", self.spacing.is_some()),
             ("origin", self.origin.is_some()),
             ("inside", self.inside.is_some()),
             ("ground_friction", self.ground_friction.is_some()),
+            ("rolling_friction", self.rolling_friction.is_some()),
             ("stiffness", self.stiffness.is_some()),
             ("damping", self.damping.is_some()),
             ("travel", self.travel.is_some()),
@@ -170,6 +178,11 @@ impl ObstacleFields {
                 end: array(&end?)?,
                 radius: radius?,
                 inside: self.inside.unwrap_or(false),
+            },
+            ShapeName::Sphere => Shape::Sphere {
+                radius: radius?,
+                centre: [x?, y?, self.z.or(radius)?],
+                rolling_friction: self.rolling_friction.unwrap_or(ROLLING_FRICTION),
             },
         };
         let number = |value: Option<NumberOrGrid>| match value {
@@ -242,6 +255,15 @@ impl From<&Obstacle> for ObstacleFields {
                 end: Some(Point::Space(*end)),
                 radius: Some(*radius),
                 inside: Some(*inside),
+                ..common
+            },
+            Shape::Sphere { radius, centre: [x, y, z], rolling_friction } => Self {
+                shape: ShapeName::Sphere,
+                radius: Some(*radius),
+                x: Some(*x),
+                y: Some(*y),
+                z: Some(*z),
+                rolling_friction: Some(*rolling_friction),
                 ..common
             },
             Shape::HeightField(heights) => {

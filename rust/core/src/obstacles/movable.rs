@@ -33,29 +33,54 @@ impl Spring {
     }
 }
 
-/// A disc or a convex polygon that lies on the ground.
+/// How a ball meets the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ball {
+    /// Height of its centre before anything moves it \[m\].
+    pub start_height: f64,
+    /// Coulomb coefficient of the ground where it slides.
+    pub sliding_friction: f64,
+}
+
+/// A disc or a convex polygon that lies on the ground, or a ball that rolls there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Movable {
-    /// Mass and moment of inertia, and the outline of a disc: that of a link without straight sides and joints. A polygon lies
-    /// around the disc of its `radius` and within its `reach`.
+    /// Mass and moment of inertia, and the outline of a disc or a ball: that of a link without straight sides and joints. A
+    /// polygon lies around the disc of its `radius` and within its `reach`.
     pub link: Link,
     /// Of a polygon, about its centroid, as it lies at its start.
     pub outline: Option<Arc<ConvexPolygon>>,
     /// Where its centre lies before anything moves it \[m\].
     pub start: [f64; 2],
-    /// Coulomb coefficient of the ground.
+    /// Coulomb coefficient of the ground; of a ball that of its rolling friction, which acts at its centre: where it rolls, this
+    /// is the same as the moment at the contact.
     pub ground_friction: f64,
     /// Lever at which the ground's friction resists spin: the mean distance from the centre of a body that presses on the
     /// ground evenly \[m\].
     pub spin_lever: f64,
     pub spring: Option<Spring>,
+    /// Of a ball.
+    pub ball: Option<Ball>,
 }
 
 impl Movable {
     /// A homogeneous disc.
     pub fn disc(Peg { radius, x, y }: Peg, mass: f64, ground_friction: f64, spring: Option<Spring>) -> Self {
         let link = body([radius; 2], mass, 0.5 * mass * radius * radius);
-        Self { link, outline: None, start: [x, y], ground_friction, spin_lever: 2.0 / 3.0 * radius, spring }
+        Self { link, outline: None, start: [x, y], ground_friction, spin_lever: 2.0 / 3.0 * radius, spring, ball: None }
+    }
+
+    /// A homogeneous ball with its centre there at its start, and coefficients of sliding and rolling friction.
+    pub fn ball(radius: f64, [x, y, start_height]: [f64; 3], mass: f64, [sliding, rolling]: [f64; 2]) -> Self {
+        Self {
+            link: body([radius; 2], mass, 0.4 * mass * radius * radius),
+            outline: None,
+            start: [x, y],
+            ground_friction: rolling,
+            spin_lever: radius,
+            spring: None,
+            ball: Some(Ball { start_height, sliding_friction: sliding }),
+        }
     }
 
     /// A homogeneous polygon.
@@ -72,6 +97,7 @@ impl Movable {
             ground_friction,
             spin_lever: mean_distance,
             spring: None,
+            ball: None,
         }
     }
 
@@ -110,17 +136,45 @@ pub struct Moved {
     pub pose: Vector3<f64>,
     /// \[m/s\], \[rad/s\]
     pub twist: Vector3<f64>,
+    /// The rest of the motion of a ball; zero of all else.
+    #[serde(default)]
+    pub out_of_plane: OutOfPlane,
+}
+
+/// What the plane leaves out of the motion of a ball, whose orientation nothing depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct OutOfPlane {
+    /// Of its centre \[m\].
+    pub height: f64,
+    /// \[m/s\]
+    pub rise: f64,
+    /// Angular velocity about the horizontal axes x and y \[rad/s\].
+    pub roll: [f64; 2],
 }
 
 impl Moved {
+    /// In the plane.
+    pub fn flat(pose: Vector3<f64>, twist: Vector3<f64>) -> Self {
+        Self { pose, twist, out_of_plane: OutOfPlane::default() }
+    }
+
     /// At rest where it lies at first.
     pub fn at_start(movable: &Movable) -> Self {
-        Self { pose: Vector2::from(movable.start).push(0.0), twist: Vector3::zeros() }
+        let height = movable.ball.map_or(0.0, |ball| ball.start_height);
+        let out_of_plane = OutOfPlane { height, ..OutOfPlane::default() };
+        Self { out_of_plane, ..Self::flat(Vector2::from(movable.start).push(0.0), Vector3::zeros()) }
+    }
+
+    /// The same without any motion.
+    pub fn stopped(&self) -> Self {
+        let out_of_plane = OutOfPlane { height: self.out_of_plane.height, ..OutOfPlane::default() };
+        Self { pose: self.pose, twist: Vector3::zeros(), out_of_plane }
     }
 
     /// \[J\]
     pub fn kinetic_energy(&self, movable: &Movable) -> f64 {
-        movable.link.energy_in_plane(&self.twist)
+        let (Link { mass, inertia, .. }, OutOfPlane { rise, roll: [x, y], .. }) = (&movable.link, &self.out_of_plane);
+        movable.link.energy_in_plane(&self.twist) + 0.5 * (mass * rise * rise + inertia * (x * x + y * y))
     }
 }
 

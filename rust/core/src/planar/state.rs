@@ -71,7 +71,7 @@ impl RobotState for PlanarState {
 
     fn stop(&mut self) {
         self.twist.fill(Twist::zeros());
-        self.movables.iter_mut().for_each(|moved| moved.twist = Twist::zeros());
+        self.movables.iter_mut().for_each(|moved| *moved = moved.stopped());
     }
 
     fn fits(&self, links: usize, movables: usize) -> bool {

@@ -1,9 +1,11 @@
 //! One robot that can be advanced: system, scheme, state and counters together.
 
+mod apart;
 mod planar;
 mod scheme;
 mod spatial;
 
+pub use apart::require_apart;
 pub use planar::{PlanarSimulation, PlanarSnapshot};
 pub use scheme::{Scheme, SchemeConfig};
 pub use spatial::{SpatialSimulation, SpatialSnapshot};
@@ -11,17 +13,18 @@ pub use spatial::{SpatialSimulation, SpatialSnapshot};
 use std::ops::Add;
 use std::sync::Arc;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::capabilities::{Feature, ModelName, require_supported};
-use crate::contact::{obstacle_gap, require_apart};
+use crate::contact::obstacle_gap;
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
 use crate::gait::Reference;
 use crate::obstacles::{Movable, Moved, ObstacleGrid, Peg};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
+use crate::spatial::ball_gap;
 use crate::stepping::{
     Body, Clock, CompiledModel, Fleet, Model, Record, RobotState, Scripted, StepStatistics, WarmStart, steps_in,
 };
@@ -207,18 +210,23 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
         self.movables().map(|(movable, moved)| moved.kinetic_energy(movable)).fold(0.0, f64::add)
     }
 
-    /// Energy of its springs, and its potential energy under this acceleration along the ground \[J\].
-    fn potential_of_movables(&self, pull: &Vector2<f64>) -> f64 {
+    /// Energy of its springs, and its potential energy under gravity \[J\].
+    fn potential_of_movables(&self, gravity: &Vector3<f64>) -> f64 {
         let potential = |(movable, moved): (&Movable, &Moved)| {
             let place = moved.pose.xy();
-            movable.spring_energy(&place) - movable.link.mass * pull.dot(&place)
+            movable.spring_energy(&place) - movable.link.mass * gravity.dot(&place.push(moved.out_of_plane.height))
         };
         self.movables().map(potential).fold(0.0, f64::add)
     }
 
-    /// Smallest gap of what can be pushed to a fixed obstacle or to its stop \[m\]; infinite without any nearby.
+    /// Smallest gap of what can be pushed to a fixed obstacle, or to its stop, or of a ball to the ground \[m\]; infinite
+    /// without any nearby.
     fn gap_of_movables(&self) -> f64 {
         let gap = |(movable, moved): (&Movable, &Moved)| {
+            if movable.ball.is_some() {
+                let centre = moved.pose.xy().push(moved.out_of_plane.height);
+                return ball_gap(movable, &centre, &self.body.obstacles);
+            }
             let to_stop = movable.travel() - movable.deflection(&moved.pose.xy()).norm();
             to_stop.min(obstacle_gap(&moved.pose, movable, &self.body.obstacles))
         };

@@ -62,7 +62,7 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
         let pull = self.system.pull();
         let links = self.system.robot.links.iter().zip(&self.body.state.pose);
         let work = links.map(|(link, pose)| link.mass * pull.dot(&pose.xy())).sum::<f64>();
-        self.kinetic_energy() - self.body.parameters.mass * work + self.potential_of_movables(&pull)
+        self.kinetic_energy() - self.body.parameters.mass * work + self.potential_of_movables(&pull.push(0.0))
     }
 
     /// Smallest gap now of a link to an obstacle, or of an obstacle that can be pushed to another or to its stop \[m\];

@@ -80,7 +80,7 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
         mass * (state.kinetic_energy(robot) + state.potential_energy(robot, &self.system.gravity))
             + rotors
             + self.kinetic_energy_of_movables()
-            + self.potential_of_movables(&self.system.gravity.xy())
+            + self.potential_of_movables(&self.system.gravity)
     }
 
     /// Smallest distance of links that are not neighbours now \[m\], negative where they overlap; infinite where none are

@@ -10,7 +10,7 @@ use crate::obstacles::{Moved, ObstacleGrid};
 use crate::robot::{Axes, Robot};
 use crate::spatial::{
     ChainShape, ChainVelocity, Configuration, Frame, Momentum, Pose, SpatialState, StackedTwist, Twist, axis_angles,
-    axis_rates, inertia, turned_by, turning, twist_of,
+    axis_rates, inertia, moved_of, place_and_twist, turned_by, turning, twist_of,
 };
 use crate::stepping::WarmStart;
 use crate::stepping::start::is_following;
@@ -99,10 +99,10 @@ impl ChainState {
         let (pose, twist) = (&state.pose, &state.twist);
         let Self { configuration, velocity, momentum, guess, surface, .. } = self;
         configuration.moved.clear();
-        configuration.moved.extend(state.movables.iter().map(|moved| moved.pose));
+        configuration.moved.extend(state.movables.iter().map(|moved| place_and_twist(moved)[0]));
         velocity.moved.clear();
-        velocity.moved.extend(state.movables.iter().map(|moved| moved.twist));
-        guess.moved.resize(state.movables.len(), Vector3::zeros());
+        velocity.moved.extend(state.movables.iter().map(|moved| place_and_twist(moved)[1]));
+        guess.moved.resize(state.movables.len(), Twist::zero());
         surface.resize(state.movables.len(), Vector3::zeros());
         let q = pose[0].orientation.quaternion();
         (configuration.position, configuration.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
@@ -121,9 +121,8 @@ impl ChainState {
     /// Poses and twists of all links; `mass` as in [`Self::read`].
     pub fn write(&mut self, robot: &Robot, mass: f64, shape: &ChainShape, state: &mut SpatialState) {
         let SpatialState { pose, twist, movables, .. } = state;
-        for (moved, (pose, twist)) in movables.iter_mut().zip(self.configuration.moved.iter().zip(&self.velocity.moved))
-        {
-            *moved = Moved { pose: *pose, twist: *twist };
+        for (number, moved) in movables.iter_mut().enumerate() {
+            *moved = self.moved(number);
         }
         self.place_links(shape, pose);
         for (i, link) in robot.links.iter().enumerate() {
@@ -131,6 +130,11 @@ impl ChainState {
             let spin = pose[i].orientation.inverse_transform_vector(angular);
             twist[i] = twist_of(linear / (link.mass * mass), spin.component_div(&(inertia(link) * mass)));
         }
+    }
+
+    /// Where something that can be pushed is, and how it moves.
+    pub fn moved(&self, number: usize) -> Moved {
+        moved_of(&self.configuration.moved[number], &self.velocity.moved[number])
     }
 
     /// Ends a step: records which contacts carry force.

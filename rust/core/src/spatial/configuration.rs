@@ -6,7 +6,7 @@ use crate::math::{Laned, Real};
 use crate::robot::{Axes, Robot};
 use crate::stepping::{MAX_RATE, MAX_SPEED};
 
-use super::spatial_vector::{Twist, along, combined, cross, scaled, sum, zero_vector};
+use super::spatial_vector::{SpatialVector, Twist, along, combined, cross, scaled, sum};
 use super::{Pose, StageLink, hinge_directions};
 
 /// What the places of the links depend on besides the configuration.
@@ -32,8 +32,8 @@ pub struct Configuration<T = f64> {
     pub orientation: [T; 4],
     /// (phi_h, phi_v) of each joint, zero about an axis that it does not have \[rad\].
     pub angle: Vec<[T; 2]>,
-    /// (x, y, theta) of each obstacle that can be pushed \[m\], \[rad\].
-    pub moved: Vec<Vector3<T>>,
+    /// Centre of each obstacle that can be pushed, and its turn about the vertical \[m\], \[rad\].
+    pub moved: Vec<SpatialVector<T>>,
 }
 
 /// Velocity: the twist of link 1, frame I, and the joint rates.
@@ -42,8 +42,8 @@ pub struct ChainVelocity<T = f64> {
     pub head: Twist<T>,
     /// (phi_h', phi_v') of each joint \[rad/s\].
     pub rate: Vec<[T; 2]>,
-    /// Of each obstacle that can be pushed \[m/s\], \[rad/s\].
-    pub moved: Vec<Vector3<T>>,
+    /// Of each obstacle that can be pushed.
+    pub moved: Vec<Twist<T>>,
 }
 
 /// Where a link is, frame I.
@@ -78,7 +78,7 @@ impl<T: Real> Configuration<T> {
 
     /// The same among so many obstacles that can be pushed.
     pub fn among(self, movables: usize) -> Self {
-        Self { moved: vec![zero_vector(); movables], ..self }
+        Self { moved: vec![SpatialVector::zero(); movables], ..self }
     }
 
     pub fn copy_from(&mut self, other: &Self) {
@@ -101,7 +101,7 @@ impl<T: Real> Configuration<T> {
             *angle = [base[0] + duration * rate[0], base[1] + duration * rate[1]];
         }
         for (moved, (base, u)) in self.moved.iter_mut().zip(base.moved.iter().zip(&velocity.moved)) {
-            *moved = along(base, u, duration);
+            *moved = base.plus_scaled(u, duration);
         }
     }
 
@@ -130,7 +130,7 @@ impl<T: Real> ChainVelocity<T> {
 
     /// The same among so many obstacles that can be pushed.
     pub fn among(self, movables: usize) -> Self {
-        Self { moved: vec![zero_vector(); movables], ..self }
+        Self { moved: vec![SpatialVector::zero(); movables], ..self }
     }
 
     pub fn copy_from(&mut self, other: &Self) {
@@ -143,13 +143,12 @@ impl<T: Real> ChainVelocity<T> {
     #[inline(always)]
     pub fn blend(&mut self, u: &Self, v: &Self, factor: T) {
         let rest = T::splat(1.0) - factor;
-        let part = Twist { linear: scaled(&u.head.linear, rest), angular: scaled(&u.head.angular, rest) };
-        self.head = part.plus_scaled(&v.head, factor);
+        self.head = u.head.scaled(rest).plus_scaled(&v.head, factor);
         for (rate, (u, v)) in self.rate.iter_mut().zip(u.rate.iter().zip(&v.rate)) {
             *rate = [rest * u[0] + factor * v[0], rest * u[1] + factor * v[1]];
         }
         for (moved, (u, v)) in self.moved.iter_mut().zip(u.moved.iter().zip(&v.moved)) {
-            *moved = along(&scaled(u, rest), v, factor);
+            *moved = u.scaled(rest).plus_scaled(v, factor);
         }
     }
 
@@ -167,9 +166,7 @@ impl<T: Real> ChainVelocity<T> {
             let linear = sum(&joint, &cross(&angular, &scaled(&far.axes[2], arms[i + 1][0])));
             twist[i + 1] = Twist { linear, angular };
         }
-        for (twist, moved) in twist[frames.len()..].iter_mut().zip(&self.moved) {
-            *twist = Twist::upright(moved);
-        }
+        twist[frames.len()..].copy_from_slice(&self.moved);
     }
 }
 
@@ -178,7 +175,7 @@ impl ChainVelocity {
     pub fn is_plausible(&self) -> bool {
         let Twist { linear, angular } = &self.head;
         let turns = self.rate.iter().flatten().chain(angular.iter());
-        let moved = self.moved.iter().all(|u| u.xy().amax() < MAX_SPEED && u.z.abs() < MAX_RATE);
+        let moved = self.moved.iter().all(|u| u.linear.amax() < MAX_SPEED && u.angular.amax() < MAX_RATE);
         linear.iter().all(|v| v.abs() < MAX_SPEED) && turns.into_iter().all(|omega| omega.abs() < MAX_RATE) && moved
     }
 }

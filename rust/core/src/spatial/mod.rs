@@ -12,6 +12,7 @@
 //! lies flat and unrolled. A positive yaw turns the next link anticlockwise seen from above, a positive pitch lowers
 //! it.
 
+mod balls;
 mod certificate;
 mod chain_state;
 mod configuration;
@@ -39,6 +40,7 @@ mod state;
 mod system;
 mod workspace;
 
+pub(crate) use balls::ball_gap;
 pub use certificate::{Certificate, certify};
 pub use chain_state::ChainState;
 pub use configuration::{ChainShape, ChainVelocity, Configuration, Frame, LinkAxis};
@@ -51,7 +53,7 @@ pub use joint::{
 pub use kinematics::{assemble_chain, close_positions, largest_joint_gap, orientation_of, rest_on_ground};
 pub use lane_fallback::observe_hard_stages;
 pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
-pub(crate) use movables::movable_gap;
+pub(crate) use movables::{movable_gap, pair_gap};
 pub use self_contact::self_gap;
 pub use solver::{CoulombNewton, Fallback, Newton};
 pub use spatial_vector::{Momentum, SpatialVector, Twist, Wrench};
@@ -59,5 +61,6 @@ pub use stage::{
     Stage, StageContact, StageDrive, StageFriction, StageLink, StageObstacleFriction, StagePair, StageSolution,
 };
 pub use state::{Pose, SpatialState, StackedTwist, turning, twist_of};
+use state::{moved_of, place_and_twist};
 pub use support::rest_on;
 pub use system::SpatialSystem;

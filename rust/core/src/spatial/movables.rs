@@ -1,6 +1,6 @@
 //! Contacts of obstacles that can be pushed with links, with fixed obstacles and with each other.
 //!
-//! They are upright and without end, like fixed obstacles without a height. What they touch is decided from above, by the gap
+//! But for balls they are upright and without end, like fixed obstacles without a height. What they touch is decided from above, by the gap
 //! functions of the plane: a link is seen as its shadow, a stadium of the same radius.
 
 use nalgebra::{Vector2, Vector3};
@@ -15,10 +15,11 @@ use crate::obstacles::{Node, Nodes, ObstacleGrid};
 use crate::robot::Link;
 use crate::stepping::penetration::{ALLOWED, Sinking};
 
+use super::balls::{is_round, line, round_gap, sinking_of_ball};
 use super::workspace::{Motion, Workspace};
 use super::{
-    Frame, LinkAxis, SpatialBody, SpatialState, SpatialSystem, StageContact, StageObstacleFriction, StagePair, Twist,
-    Wrench,
+    Frame, LinkAxis, SpatialBody, SpatialState, SpatialSystem, SpatialVector, Stage, StageContact,
+    StageObstacleFriction, StagePair, Twist, Wrench, place_and_twist,
 };
 
 /// Where the links of a robot are, and what it can push.
@@ -26,6 +27,13 @@ pub(crate) trait Places {
     fn link(&self, link: usize) -> LinkAxis;
     /// (x, y, theta).
     fn moved(&self, movable: usize) -> Vector3<f64>;
+    /// Centre.
+    fn centre(&self, movable: usize) -> Vector3<f64>;
+
+    /// The centre line of a link, or a ball as one without a length.
+    fn line(&self, links: usize, node: usize) -> LinkAxis {
+        if node < links { self.link(node) } else { line(&self.centre(node - links)) }
+    }
 
     /// CG of a node from above, cheaper than [`Seen`]: the search for neighbours asks for that of every pair.
     fn place(&self, links: usize, node: usize) -> Vector2<f64> {
@@ -37,7 +45,7 @@ pub(crate) trait Places {
 #[derive(Clone, Copy)]
 pub(super) struct InLane<'a, T> {
     pub frames: &'a [Frame<T>],
-    pub moved: &'a [Vector3<T>],
+    pub moved: &'a [SpatialVector<T>],
     pub lane: usize,
 }
 
@@ -47,7 +55,11 @@ impl<T: Real> Places for InLane<'_, T> {
     }
 
     fn moved(&self, movable: usize) -> Vector3<f64> {
-        self.moved[movable].lane(self.lane)
+        self.moved[movable].in_plane().lane(self.lane)
+    }
+
+    fn centre(&self, movable: usize) -> Vector3<f64> {
+        self.moved[movable].linear.lane(self.lane)
     }
 }
 
@@ -58,6 +70,10 @@ impl Places for SpatialState {
 
     fn moved(&self, movable: usize) -> Vector3<f64> {
         self.movables[movable].pose
+    }
+
+    fn centre(&self, movable: usize) -> Vector3<f64> {
+        place_and_twist(&self.movables[movable])[0].linear
     }
 }
 
@@ -136,21 +152,21 @@ impl<'a> SeenPair<'a> {
 }
 
 /// One robot with what it can push in a stage.
-struct NodesInStage<'a, T> {
-    nodes: Nodes<'a>,
-    start: InLane<'a, T>,
-    base: InLane<'a, T>,
-    end: InLane<'a, T>,
+pub(super) struct NodesInStage<'a, T> {
+    pub nodes: Nodes<'a>,
+    pub start: InLane<'a, T>,
+    pub base: InLane<'a, T>,
+    pub end: InLane<'a, T>,
     expected: &'a [Twist<T>],
     /// c \[s\].
-    coefficient: f64,
+    pub coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
-    elapsed: f64,
+    pub elapsed: f64,
 }
 
 impl<'a, T: Real> NodesInStage<'a, T> {
     fn of(motion: &'a Motion<T>, coefficient: T, nodes: Nodes<'a>, lane: usize) -> Self {
-        let places = |frames: &'a [Frame<T>], moved: &'a [Vector3<T>]| InLane { frames, moved, lane };
+        let places = |frames: &'a [Frame<T>], moved: &'a [SpatialVector<T>]| InLane { frames, moved, lane };
         Self {
             nodes,
             start: places(&motion.start_frames, &motion.start.moved),
@@ -162,7 +178,7 @@ impl<'a, T: Real> NodesInStage<'a, T> {
         }
     }
 
-    fn expected(&self, node: usize) -> Twist {
+    pub fn expected(&self, node: usize) -> Twist {
         self.expected[node].lane(self.end.lane)
     }
 
@@ -227,10 +243,17 @@ impl<'a, T: Real> NodesInStage<'a, T> {
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of a lane's obstacles that can be pushed with fixed ones and with their stops.
     pub(super) fn find_movable_contacts(&mut self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) {
-        let Self { contacts, known, motion, stage, awake, .. } = self;
+        let Self { contacts, known, motion, stage: Stage { coefficient, surfaces, .. }, awake, .. } = self;
         let nodes = obstacles.nodes(links).among(awake.of(lane));
-        let stage = NodesInStage::of(motion, stage.coefficient, nodes, lane);
+        let stage = NodesInStage::of(motion, *coefficient, nodes, lane);
         for node in nodes.links.len()..nodes.count() {
+            if nodes.movable(node).ball.is_some() {
+                if !stage.find_ball_contacts((lane, node), obstacles, (contacts, &known[lane])) {
+                    // Nothing rubs in the air.
+                    surfaces[node - nodes.links.len()].set_lane(lane, &Vector3::zeros());
+                }
+                continue;
+            }
             visit_neighbours(nodes, node, &stage.start, &stage.end, obstacles, |(obstacle, feature)| {
                 if let Some((row, friction)) = stage.obstacle_row(node, obstacles, (obstacle, feature)) {
                     let id = ContactId { link: nodes.number(node), with: Source::Obstacle(obstacle), feature };
@@ -247,6 +270,13 @@ impl<T: Real> Workspace<T> {
         let stage = NodesInStage::of(motion, stage.coefficient, nodes, lane);
         let place = |node: usize| stage.end.place(links.len(), node);
         visit_movable_pairs(nodes, place, MARGIN, |first, second| {
+            if is_round(nodes, [first, second]) {
+                if let Some(row) = stage.round_row([first, second]) {
+                    let id = ContactId::of_pair([first, second].map(|node| nodes.number(node)), 0);
+                    self_contacts.rows.add(lane, id, known[lane].of(id), row);
+                }
+                return;
+            }
             let end = SeenPair::of(nodes, [first, second], &stage.end);
             end.with_placed(|links| {
                 for (feature, contact) in movable_contacts(links, MARGIN) {
@@ -275,7 +305,13 @@ impl<T: Real> Workspace<T> {
         let mut sinking = Sinking::No;
         let travelled = |node: usize| (end.place(links.len(), node) - start.place(links.len(), node)).norm();
         for node in nodes.links.len()..nodes.count() {
-            let (of, places) = (nodes.get(node), [start, end].map(|places| places.moved(node - nodes.links.len())));
+            let number = node - nodes.links.len();
+            if nodes.movable(node).ball.is_some() {
+                let centres = [start, end].map(|places| places.centre(number));
+                sinking = sinking.max(sinking_of_ball(nodes.get(node).link, obstacles, centres));
+                continue;
+            }
+            let (of, places) = (nodes.get(node), [start, end].map(|places| places.moved(number)));
             let may_cross = travelled(node) > of.radius;
             visit_neighbours(nodes, node, start, end, obstacles, |at| {
                 let [start, end] = places.map(|pose| gap_with(of, &pose, obstacles, at));
@@ -292,8 +328,7 @@ impl<T: Real> Workspace<T> {
             |node| end.place(links.len(), node),
             2.0 * farthest,
             |first, second| {
-                let gap = |places| SeenPair::of(nodes, [first, second], places).with_placed(link_pair_gap);
-                let [at_start, at_end] = [gap(start), gap(end)];
+                let [at_start, at_end] = [start, end].map(|places| pair_gap(nodes, [first, second], places));
                 if at_end < -ALLOWED {
                     sinking = sinking.max(Sinking::of(at_start, at_end));
                 }
@@ -347,6 +382,14 @@ fn gap_with(of: Node, pose: &Vector3<f64>, obstacles: &ObstacleGrid, at: (usize,
     link_obstacle_gap(pose, cos, sin, of, obstacles, at)
 }
 
+/// The gap of two nodes of which one can be pushed \[m\].
+pub(crate) fn pair_gap(nodes: Nodes, pair: [usize; 2], places: &impl Places) -> f64 {
+    if is_round(nodes, pair) {
+        return round_gap(nodes, pair, places);
+    }
+    SeenPair::of(nodes, pair, places).with_placed(link_pair_gap)
+}
+
 /// Smallest gap of what can be pushed to links and to each other \[m\]; infinite where nothing is near.
 pub(crate) fn movable_gap(nodes: Nodes, places: &impl Places) -> f64 {
     let mut smallest = f64::INFINITY;
@@ -355,7 +398,7 @@ pub(crate) fn movable_gap(nodes: Nodes, places: &impl Places) -> f64 {
         |node| places.place(nodes.links.len(), node),
         0.0,
         |first, second| {
-            smallest = smallest.min(SeenPair::of(nodes, [first, second], places).with_placed(link_pair_gap));
+            smallest = smallest.min(pair_gap(nodes, [first, second], places));
         },
     );
     smallest

@@ -63,14 +63,15 @@ impl ObstacleContacts {
         self.frictional.clear();
     }
 
-    /// Finds the contacts of one link of a lane's robot with an obstacle; `known` are those of its last stage.
-    fn find(
+    /// Finds the contacts of one node of a lane's robot, which has this number, with an obstacle; `known` are those of its last
+    /// stage.
+    pub(super) fn find(
         &mut self,
-        (lane, index, link): (usize, usize, &LinkInStage),
+        (lane, [node, number], link): (usize, [usize; 2], &LinkInStage),
         (obstacles, obstacle): (&ObstacleGrid, usize),
         (known, of_ground): (&ContactMemory, &Vector2<f64>),
     ) {
-        link.visit(index, obstacles, obstacle, |feature, row, surface| {
+        link.visit(node, obstacles, obstacle, |feature, row, surface| {
             let normal = &row.direction.linear;
             let friction = match obstacles.coefficient(obstacle, feature) {
                 Some(coefficient) if coefficient > 0.0 => {
@@ -81,7 +82,7 @@ impl ObstacleContacts {
                 }
                 _ => None,
             };
-            let id = ContactId { link: index, with: Source::Obstacle(obstacle), feature };
+            let id = ContactId { link: number, with: Source::Obstacle(obstacle), feature };
             self.add(lane, id, known.of(id), row, friction);
         });
     }
@@ -155,7 +156,7 @@ impl<T: Real> Workspace<T> {
                     coefficient,
                     elapsed,
                 });
-                contacts.find((lane, i, link), (obstacles, obstacle), (&known[lane], &of_ground));
+                contacts.find((lane, [i, i], link), (obstacles, obstacle), (&known[lane], &of_ground));
             });
         }
     }
@@ -324,7 +325,7 @@ impl LinkInStage<'_> {
 }
 
 /// Predicted gap up to which a pair takes part \[m\].
-const MARGIN: f64 = 0.02;
+pub(super) const MARGIN: f64 = 0.02;
 
 /// The same for bodies that may have many features under a link: more than a stage ends from its prediction \[m\].
 const BODY_MARGIN: f64 = 0.006;

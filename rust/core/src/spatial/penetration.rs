@@ -26,7 +26,7 @@ impl<T: Real> Workspace<T> {
 }
 
 /// Of a link that is there at the start and at the end of the step.
-fn sinking_into(obstacles: &ObstacleGrid, link: &Link, [start, end]: &[LinkAxis; 2]) -> Sinking {
+pub(super) fn sinking_into(obstacles: &ObstacleGrid, link: &Link, [start, end]: &[LinkAxis; 2]) -> Sinking {
     let mut sinking = Sinking::No;
     let travelled = (end.position - start.position).norm();
     let lowest = start.position.z.min(end.position.z) - link.reach();

@@ -92,8 +92,9 @@ pub fn fastest<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>) -> T {
 /// it.
 pub fn is_at_rest(velocity: &ChainVelocity) -> bool {
     let Twist { linear, angular } = &velocity.head;
-    let moved = velocity.moved.iter().flat_map(|moved| moved.iter());
-    let mut numbers = linear.iter().chain(angular.iter()).chain(velocity.rate.iter().flatten()).chain(moved);
+    let twists =
+        [(linear, angular)].into_iter().chain(velocity.moved.iter().map(|moved| (&moved.linear, &moved.angular)));
+    let mut numbers = twists.flat_map(|(v, w)| v.iter().chain(w.iter())).chain(velocity.rate.iter().flatten());
     numbers.all(|number| number.abs() <= AT_REST)
 }
 

@@ -30,13 +30,13 @@ pub struct SelfContactDetection<T: Real> {
     pub rows: FoundRows<StagePair>,
 }
 
-/// Two links of a robot in a stage.
-struct PairInStage<'a> {
-    at: [StageKinematics<'a>; 2],
+/// Two links of a robot in a stage, or a ball as a link without a length.
+pub(super) struct PairInStage<'a> {
+    pub at: [StageKinematics<'a>; 2],
     /// c \[s\].
-    coefficient: f64,
+    pub coefficient: f64,
     /// Time from the start of the step to the end of the stage \[s\].
-    elapsed: f64,
+    pub elapsed: f64,
 }
 
 impl<T: Real> SelfContactDetection<T> {
@@ -137,6 +137,13 @@ impl PairInStage<'_> {
         }
     }
 
+    /// The contact that has this number, if it may matter.
+    pub fn row(&self, number: usize) -> Option<([Wrench; 2], f64)> {
+        let end = self.capsules(|link| &link.end);
+        let at_end = capsule_contact([&end[0], &end[1]], number).filter(|contact| contact.gap < MARGIN);
+        at_end.map(|at_end| self.contact(number, &at_end))
+    }
+
     /// Direction and offset of a contact; see [`super::obstacle_contacts`] for where gaps are linearised.
     fn contact(&self, number: usize, at_end: &CapsuleContact) -> ([Wrench; 2], f64) {
         let c = self.coefficient;
@@ -188,7 +195,7 @@ pub fn self_gap(links: &[Link], poses: &[Pose]) -> f64 {
     smallest
 }
 
-fn capsule<'a>(link: &'a Link, at: &LinkAxis) -> Capsule<'a> {
+pub(super) fn capsule<'a>(link: &'a Link, at: &LinkAxis) -> Capsule<'a> {
     Capsule { link, centre: at.position, axis: at.axis }
 }
 

@@ -48,6 +48,11 @@ impl<T: Real> SpatialVector<T> {
         inner(&self.linear, &other.linear) + inner(&self.angular, &other.angular)
     }
 
+    #[inline(always)]
+    pub fn scaled(&self, factor: T) -> Self {
+        Self { linear: scaled(&self.linear, factor), angular: scaled(&self.angular, factor) }
+    }
+
     /// self + factor other.
     #[inline(always)]
     pub fn plus_scaled(&self, other: &Self, factor: T) -> Self {

@@ -1,11 +1,11 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-use crate::obstacles::Moved;
+use crate::obstacles::{Moved, OutOfPlane};
 use crate::robot::Robot;
 use crate::stepping::{MAX_RATE, MAX_SPEED, RobotState};
 
-use super::{mass_diagonal, potential_energy};
+use super::{SpatialVector, Twist, mass_diagonal, potential_energy};
 
 /// q_i: position of a link's CG in frame I \[m\] and its orientation R_B^I as a unit quaternion (T 4.1).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -43,6 +43,20 @@ pub fn twist_of(linear: Vector3<f64>, angular: Vector3<f64>) -> Vector6<f64> {
 /// The angular part of a twist, or the moment of a force: frame B.
 pub fn turning(twist: &Vector6<f64>) -> Vector3<f64> {
     twist.fixed_rows::<3>(3).into_owned()
+}
+
+/// Where something that can be pushed is, centre and turn about the vertical, and its twist.
+pub fn place_and_twist(Moved { pose, twist, out_of_plane }: &Moved) -> [SpatialVector; 2] {
+    let OutOfPlane { height, rise, roll: [x, y] } = *out_of_plane;
+    let place = SpatialVector { linear: pose.xy().push(height), angular: Vector3::new(0.0, 0.0, pose.z) };
+    [place, Twist { linear: twist.xy().push(rise), angular: Vector3::new(x, y, twist.z) }]
+}
+
+/// The same from both. How a ball has rolled is left out.
+pub fn moved_of(place: &SpatialVector, twist: &Twist) -> Moved {
+    let (Twist { linear, angular }, height) = (twist, place.linear.z);
+    let out_of_plane = OutOfPlane { height, rise: linear.z, roll: [angular.x, angular.y] };
+    Moved { pose: place.in_plane(), twist: twist.in_plane(), out_of_plane }
 }
 
 /// State of one robot: plain data (T 4.7).
@@ -103,7 +117,7 @@ impl RobotState for SpatialState {
 
     fn stop(&mut self) {
         self.twist.fill(StackedTwist::zeros());
-        self.movables.iter_mut().for_each(|moved| moved.twist = Vector3::zeros());
+        self.movables.iter_mut().for_each(|moved| *moved = moved.stopped());
     }
 
     fn fits(&self, links: usize, movables: usize) -> bool {

@@ -11,7 +11,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::{ContactId, PlacedLink, movable_contacts};
 use crate::math::{Laned, MAX_LANES, Real};
-use crate::obstacles::{Movable, Moved, Nodes};
+use crate::obstacles::{Movable, Moved, Nodes, OutOfPlane};
 
 /// By their numbers in the scene, lane by lane.
 #[derive(Debug, Clone)]
@@ -131,17 +131,23 @@ pub fn are_within(margin: f64, pair: [&PlacedLink; 2]) -> bool {
 
 /// Friction of the ground on something that lies still, force and moment \[N\], \[N m\]; `None` where it moves, or where the
 /// ground cannot hold it against gravity \[m/s^2\] and its spring.
-pub fn holding(movable: &Movable, Moved { pose, twist }: &Moved, gravity: &Vector3<f64>) -> Option<Vector3<f64>> {
+pub fn holding(movable: &Movable, moved: &Moved, gravity: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let Moved { pose, twist, out_of_plane: OutOfPlane { height, rise, roll } } = moved;
     let stiffness = movable.spring.map_or(0.0, |spring| spring.stiffness);
     let force = movable.deflection(&pose.xy()) * stiffness - gravity.xy() * movable.link.mass;
     let most = movable.friction(-gravity.z).x;
     // Without friction what creeps goes on.
-    let is_still = twist.amax() <= if most > 0.0 { AT_REST } else { 0.0 };
-    (is_still && force.norm() <= HELD * most).then(|| force.push(0.0))
+    let slowest = if most > 0.0 { AT_REST } else { 0.0 };
+    let is_still = twist.iter().chain([rise]).chain(roll).all(|rate| rate.abs() <= slowest);
+    let is_lying = movable.ball.is_none() || (height - movable.link.radius).abs() <= LYING;
+    (is_still && is_lying && force.norm() <= HELD * most).then(|| force.push(0.0))
 }
 
 /// Velocity that counts as none \[m/s\], \[rad/s\].
 pub const AT_REST: f64 = 1e-7;
+
+/// From the plane of the ground to a ball that lies there, at most \[m\].
+const LYING: f64 = 1e-6;
 
 /// Share of friction that must do to hold what sleeps: with all of it, it could as well creep.
 const HELD: f64 = 0.99;

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use crate::gait::WaveJets;
 use crate::math::Real;
-use crate::obstacles::{Movable, Moved, ObstacleGrid};
+use crate::obstacles::{Movable, Moved, ObstacleGrid, OutOfPlane};
 use crate::robot::Robot;
 
 use super::Accuracy;
@@ -74,9 +74,10 @@ pub trait RobotState: Debug + Clone + PartialEq + Serialize + DeserializeOwned {
 impl Moved {
     /// Whether it is finite, and slow enough to be that of an obstacle rather than of a diverged computation.
     pub fn is_plausible(&self) -> bool {
-        let Self { pose, twist } = self;
+        let Self { pose, twist, out_of_plane: OutOfPlane { height, rise, roll } } = self;
         let is_slow = twist.xy().amax() < MAX_SPEED && twist.z.abs() < MAX_RATE;
-        is_slow && pose.iter().chain(twist.iter()).all(|number| number.is_finite())
+        let is_slow_out_of_plane = rise.abs() < MAX_SPEED && roll.iter().all(|rate| rate.abs() < MAX_RATE);
+        is_slow && is_slow_out_of_plane && pose.iter().chain([height]).all(|number| number.is_finite())
     }
 }
 

@@ -77,7 +77,7 @@ fn a_box_brakes_by_the_friction_of_the_ground() {
     assert!((way.xy() - Vector2::new(0.6, 0.8) * exact).norm() < 2e-3 * exact && way.z.abs() < 1e-12, "{way}");
     push_off(&mut simulation, &[Twist::new(0.0, 0.0, 5.0)]);
     solved(simulation.advance(1.0, &Hold(0.0)));
-    let Moved { pose, twist } = moved(&simulation, 0);
+    let Moved { pose, twist, .. } = moved(&simulation, 0);
     let exact = 25.0 * link.inertia / (2.0 * friction * mass * GRAVITY * spin_lever);
     assert!((pose.z - exact).abs() < 2e-3 * exact && twist.norm() < 1e-12, "{} of {exact} rad, {twist}", pose.z);
     solved(simulation.advance(1.0, &Hold(0.0)));
@@ -155,16 +155,16 @@ fn a_box_stays_outside_walls_and_pegs() {
         let mut simulation = beside(vec![wall.clone(), boxed([0.2, 0.3], [0.0; 3], 1.0, 0.0), peg], 1e-2, order);
         push_off(&mut simulation, &[Twist::new(0.8, 0.6, 0.0)]);
         solved(simulation.advance(1.0, &Hold(0.0)));
-        let Moved { pose, twist } = moved(&simulation, 0);
+        let Moved { pose, twist, .. } = moved(&simulation, 0);
         assert!((pose - Pose::new(0.4, 0.6, 0.0)).norm() < 1e-6, "{pose}");
         assert!((twist - Twist::new(0.0, 0.6, 0.0)).norm() < 1e-9, "{twist}");
         let mut state = simulation.state().clone();
-        state.movables[0] = Moved { pose: Pose::zeros(), twist: Twist::new(-0.8, 0.0, 0.0) };
+        state.movables[0] = Moved::flat(Pose::zeros(), Twist::new(-0.8, 0.0, 0.0));
         simulation.place(&state);
         solved(simulation.advance(1.0, &Hold(0.0)));
-        let Moved { pose, twist } = moved(&simulation, 0);
+        let Moved { pose, twist, .. } = moved(&simulation, 0);
         assert!((pose - Pose::new(-0.4, 0.0, 0.0)).norm() < 1e-6 && twist.norm() < 1e-9, "{pose} {twist}");
-        state.movables[0] = Moved { pose: Pose::new(0.2, 0.0, 0.3), twist: Twist::new(1.0, 0.0, 0.0) };
+        state.movables[0] = Moved::flat(Pose::new(0.2, 0.0, 0.3), Twist::new(1.0, 0.0, 0.0));
         simulation.place(&state);
         for _ in 0..30 {
             solved(simulation.advance(0.05, &Hold(0.0)));
@@ -210,7 +210,7 @@ fn equal_boxes_in_line_do_not_pass_each_other() {
         push_off(&mut simulation, &[Twist::new(along.x, along.y, 0.0)]);
         solved(simulation.advance(1.0, &Hold(0.0)));
         for (k, at) in [(0, 0.0), (1, 0.2), (2, 0.4)] {
-            let Moved { pose, twist } = moved(&simulation, k);
+            let Moved { pose, twist, .. } = moved(&simulation, k);
             // 0.3 m until they meet, then all at a third of the speed.
             let way = 0.3 + 0.7 / 3.0 + at;
             assert!((twist.xy() - along / 3.0).norm() < 1e-3 && twist.z.abs() < 1e-2, "{k}: {twist}");

@@ -55,7 +55,7 @@ fn a_sliding_disc_stops_after_its_braking_distance() {
         let mut simulation = beside(vec![disc([0.1, 0.0, 0.0], 2.0, friction)], step, order);
         push_off(&mut simulation, &[Twist::new(0.6 * speed, 0.8 * speed, 0.0)]);
         solved(simulation.advance(1.0, &Hold(0.0)));
-        let Moved { pose, twist } = moved(&simulation, 0);
+        let Moved { pose, twist, .. } = moved(&simulation, 0);
         let (distance, off) = (pose.xy().dot(&Vector2::new(0.6, 0.8)), pose.xy().dot(&Vector2::new(-0.8, 0.6)));
         // Euler's method errs by half a step's braking, order two only in the part in which the disc stops.
         let allowed = if order == 1 { 0.6 * speed * step } else { 2e-3 * exact };
@@ -74,7 +74,7 @@ fn a_spinning_disc_stops_after_its_braking_angle() {
     push_off(&mut simulation, &[Twist::new(0.0, 0.0, rate)]);
     solved(simulation.advance(1.0, &Hold(0.0)));
     let exact = rate * rate * radius / (8.0 / 3.0 * friction * GRAVITY);
-    let Moved { pose, twist } = moved(&simulation, 0);
+    let Moved { pose, twist, .. } = moved(&simulation, 0);
     assert!((pose.z - exact).abs() < 1e-4 && twist.norm() < 1e-12, "{} of {exact} rad", pose.z);
 }
 
@@ -115,7 +115,7 @@ fn a_peg_that_yields_oscillates_like_a_damped_spring() {
             let rate = (stiffness / mass - decay * decay).sqrt();
             speed / rate * (-decay).exp() * rate.sin()
         };
-        let Moved { pose, twist } = moved(&simulation, 0);
+        let Moved { pose, twist, .. } = moved(&simulation, 0);
         let allowed = if order == 1 { 1e-12 } else { 60.0 * step * step * speed / (stiffness / mass).sqrt() };
         assert!((pose.y - exact).abs() < allowed, "{} of {exact} m in steps of {step} s", pose.y);
         assert!(pose.x == 0.3 && twist.z == 1.0, "only along the spring's force: {pose} {twist}");
@@ -139,7 +139,7 @@ fn a_peg_on_a_slope_rests_where_spring_or_stop_hold_it() {
     let down = -Vector2::new(0.5_f64.cos(), 0.5_f64.sin());
     let free = mass * GRAVITY * angle.sin() / stiffness;
     for (k, distance) in [free, free, 0.02].into_iter().enumerate() {
-        let Moved { pose, twist } = moved(&simulation, k);
+        let Moved { pose, twist, .. } = moved(&simulation, k);
         let off = pose.xy() - Vector2::new(0.0, k as f64) - down * distance;
         assert!(off.norm() < 1e-7 && twist.norm() < 1e-8, "{k}: {off} {twist}");
     }
@@ -228,11 +228,11 @@ fn a_disc_stays_outside_walls_and_pegs() {
     let mut simulation = beside(obstacles, 1e-2, 2);
     push_off(&mut simulation, &[Twist::new(0.8, 0.6, 0.0)]);
     solved(simulation.advance(1.0, &Hold(0.0)));
-    let Moved { pose, twist } = moved(&simulation, 0);
+    let Moved { pose, twist, .. } = moved(&simulation, 0);
     assert!((pose.x - 0.4).abs() < 1e-6 && (pose.y - 0.6).abs() < 1e-6, "{pose}");
     assert!(twist.x.abs() < 1e-9 && (twist.y - 0.6).abs() < 1e-9, "{twist}");
     let mut state = simulation.state().clone();
-    state.movables[0] = Moved { pose: Pose::new(0.0, 0.0, 0.0), twist: Twist::new(-0.8, 0.0, 0.0) };
+    state.movables[0] = Moved::flat(Pose::new(0.0, 0.0, 0.0), Twist::new(-0.8, 0.0, 0.0));
     simulation.place(&state);
     solved(simulation.advance(1.0, &Hold(0.0)));
     assert!((moved(&simulation, 0).pose.x + 0.3).abs() < 1e-6 && moved(&simulation, 0).twist.norm() < 1e-9);
@@ -249,7 +249,7 @@ fn a_robot_that_runs_into_a_disc_shares_its_momentum() {
     simulation.place(&state);
     let total = |simulation: &PlanarSimulation| {
         let (mut linear, mut angular) = momentum(simulation.robot(), simulation.state());
-        for (movable, Moved { pose, twist }) in simulation.movables() {
+        for (movable, Moved { pose, twist, .. }) in simulation.movables() {
             linear += twist.xy() * movable.link.mass;
             angular += movable.link.mass * (pose.x * twist.y - pose.y * twist.x) + movable.link.inertia * twist.z;
         }

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod allocation;
+mod ball_laws;
 mod body_geometry;
 mod capsule_geometry;
 mod cg_offset_laws;

@@ -31,7 +31,7 @@ fn disc([radius, x, y]: [f64; 3], mass: f64, ground_friction: f64) -> Obstacle {
     movable(Shape::Circle(Peg { radius, x, y }), mass, ground_friction)
 }
 
-fn boxed(size: [f64; 2], [x, y, angle]: [f64; 3], mass: f64, ground_friction: f64) -> Obstacle {
+pub fn boxed(size: [f64; 2], [x, y, angle]: [f64; 3], mass: f64, ground_friction: f64) -> Obstacle {
     movable(Shape::Box { size, x, y, angle }, mass, ground_friction)
 }
 
@@ -40,7 +40,7 @@ fn sprung(place: [f64; 3], mass: f64, stiffness: f64, damping: f64, travel: Opti
 }
 
 /// Nothing drives the joints.
-struct Still;
+pub struct Still;
 
 impl Reference<CardanTarget> for Still {
     fn target(&self, _: usize, _: f64) -> CardanTarget {
@@ -48,7 +48,7 @@ impl Reference<CardanTarget> for Still {
     }
 }
 
-fn lying(
+pub fn lying(
     robot: &RobotConfig,
     scene: &SceneConfig,
     pd: &ControllerConfig,
@@ -78,7 +78,7 @@ fn moved(simulation: &SpatialSimulation, body: usize) -> Moved {
     simulation.state().movables[body]
 }
 
-fn solved(report: StepStatistics) {
+pub fn solved(report: StepStatistics) {
     assert!(report.unconverged == 0 && !report.diverged && !report.penetrated && report.relaxed == 0, "{report:?}");
 }
 
@@ -171,7 +171,7 @@ fn momentum(simulation: &SpatialSimulation) -> (Vector2<f64>, f64) {
         let spin = pose.orientation * inertia.component_mul(&snake_core::spatial::turning(twist));
         add(link.mass, pose.position.xy(), Vector2::new(twist[0], twist[1]), spin.z);
     }
-    for (one, Moved { pose, twist }) in simulation.movables() {
+    for (one, Moved { pose, twist, .. }) in simulation.movables() {
         add(one.link.mass, pose.xy(), twist.xy(), one.link.inertia * twist.z);
     }
     (linear, angular)

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 
-use crate::contact::require_apart;
 use crate::environment::config::EnvConfig;
 use crate::environment::default_gait::DefaultGait;
 use crate::environment::goal::{Goal, Target};
@@ -15,6 +14,7 @@ use crate::environment::start::{Start, StartJitter, StartLine};
 use crate::error::{ConfigError, require};
 use crate::obstacles::{ObstacleGrid, Shape};
 use crate::robot::Robot;
+use crate::simulation::require_apart;
 
 use super::placement::CLEARANCE;
 use super::{EpisodeStart, Placement, Scenario};

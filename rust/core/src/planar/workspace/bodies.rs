@@ -111,7 +111,7 @@ impl<T: Real> Workspace<T> {
         let Body { state, warm_start, obstacles, .. } = body;
         for (node, &number) in (chain..).zip(self.awake.of(lane)) {
             let [pose, twist] = [&self.result.end, &self.result.twist].map(|of_all| of_all[node].lane(lane));
-            state.movables[number] = Moved { pose, twist };
+            state.movables[number] = Moved::flat(pose, twist);
         }
         for &number in self.awake.asleep(lane) {
             let moved = &mut state.movables[number];

@@ -6,11 +6,11 @@ use nalgebra::Vector3;
 
 use crate::contact::PlacedLink;
 use crate::math::{Laned, MAX_LANES, Real, laned};
-use crate::obstacles::{Movable, Moved};
+use crate::obstacles::Movable;
 use crate::robot::Link;
 use crate::spatial::movables::{InLane, Places, Seen};
-use crate::spatial::spatial_vector::{scaled, zero_vector};
-use crate::spatial::{Spatial, SpatialBody, SpatialSystem, StageLink, Twist};
+use crate::spatial::spatial_vector::{along, scaled, zero_vector};
+use crate::spatial::{Spatial, SpatialBody, SpatialSystem, SpatialVector, StageLink, Twist};
 use crate::stepping::{Driven, Members, StageSpring, are_within, holding};
 
 use super::Workspace;
@@ -25,7 +25,7 @@ pub struct StageMovable<T> {
     pub reach: T,
     /// Semi-axes of its limit surface \[N\], \[N m\].
     friction: Vector3<T>,
-    /// Acceleration along the ground \[m/s^2\].
+    /// Acceleration, along the ground alone of what stays upright \[m/s^2\].
     pull: Vector3<T>,
     pub spring: StageSpring<T>,
 }
@@ -54,15 +54,15 @@ impl<T: Real> StageMovable<T> {
     fn node(
         &self,
         c: T,
-        base: &Vector3<T>,
-        reference: &Vector3<T>,
+        base: &SpatialVector<T>,
+        reference: &Twist<T>,
         upright: &StageLink<T>,
     ) -> (StageLink<T>, Vector3<T>) {
-        let pulled = Vector3::new(reference.x + c * self.pull.x, reference.y + c * self.pull.y, reference.z);
-        let (mass, reference) = self.spring.hold(c, base, self.mass, &pulled);
+        let pulled = along(&reference.linear, &self.pull, c);
+        let (mass, linear) = self.spring.hold(c, &base.linear, self.mass, &pulled);
         let (inertia, half_length) = (self.inertia, self.half_length);
         let mut link = StageLink { mass, inertia, roll_inertia: inertia, half_length, ..*upright };
-        link.momentum = link.momentum_of(&Twist::upright(&reference));
+        link.momentum = link.momentum_of(&Twist { linear, angular: reference.angular });
         (link, scaled(&self.friction, c))
     }
 }
@@ -76,7 +76,7 @@ impl StageMovable<f64> {
             half_length: movable.link.reach(),
             reach: movable.turning_reach(),
             friction: movable.friction(-system.gravity.z),
-            pull: system.gravity.xy().push(0.0),
+            pull: system.gravity.xy().push(if movable.ball.is_some() { system.gravity.z } else { 0.0 }),
             spring: StageSpring::of(movable),
         }
     }
@@ -96,10 +96,9 @@ impl<T: Real> Workspace<T> {
         for lane in 0..T::LANES {
             let SpatialBody { warm_start: state, obstacles, .. } = members.body(lane);
             let is_awake = |number: usize| {
-                let guess = if state.is_postponed { state.guess.moved[number] } else { Vector3::zeros() };
-                let moved = Moved { pose: state.configuration.moved[number], twist: state.velocity.moved[number] };
-                let is_held = holding(&obstacles.movables()[number], &moved, &members.system.gravity).is_some();
-                guess != Vector3::zeros() || !is_held
+                let guess = if state.is_postponed { state.guess.moved[number] } else { Twist::zero() };
+                let movable = &obstacles.movables()[number];
+                guess != Twist::zero() || holding(movable, &state.moved(number), &members.system.gravity).is_none()
             };
             self.awake.begin(lane, obstacles.movables().len(), is_awake);
         }
@@ -145,7 +144,7 @@ impl<T: Real> Workspace<T> {
             let pushed = || PlacedLink::new(nodes.get(number), places.moved(node - chain));
             are_within(margin, [&seen.as_ref().map_or_else(pushed, Seen::placed), sleeper])
         };
-        let lying = |number: usize| body.warm_start.configuration.moved[number];
+        let lying = |number: usize| body.warm_start.configuration.moved[number].in_plane();
         let woken = awake.wake_near(lane, (nodes, margin), lying, |node| places.place(chain, node), meets);
         if woken.is_empty() {
             return;
@@ -159,7 +158,7 @@ impl<T: Real> Workspace<T> {
                 configuration.moved[place].set_lane(lane, &lies);
             }
             let movable = self.movables[place].lane(lane);
-            let (node, friction) = movable.node(c, &lies, &Vector3::zeros(), &self.upright.lane(lane));
+            let (node, friction) = movable.node(c, &lies, &Twist::zero(), &self.upright.lane(lane));
             self.stage.links[chain + place].set_lane(lane, &node);
             self.stage.surfaces[place].set_lane(lane, &friction);
         }
@@ -176,10 +175,12 @@ impl<T: Real> Workspace<T> {
 
     /// Makes so many nodes behind the chain; new ones are absent in all lanes.
     fn resize(&mut self, count: usize) {
-        let (nodes, none) = (self.motion.frames.len() + count, zero_vector());
+        let nodes = self.motion.frames.len() + count;
         let Self { motion, result, stage, solution, .. } = self;
+        for friction in [&mut self.surface_force, &mut stage.surfaces, &mut solution.surface] {
+            friction.resize(count, zero_vector());
+        }
         for moved in [
-            &mut self.surface_force,
             &mut motion.start.moved,
             &mut motion.start_velocity.moved,
             &mut motion.base.moved,
@@ -188,10 +189,8 @@ impl<T: Real> Workspace<T> {
             &mut motion.predicted.moved,
             &mut result.kept.end.moved,
             &mut result.arrival.moved,
-            &mut stage.surfaces,
-            &mut solution.surface,
         ] {
-            moved.resize(count, none);
+            moved.resize(count, SpatialVector::zero());
         }
         motion.expected.resize(nodes, Twist::zero());
         solution.twist.resize(nodes, Twist::zero());

@@ -6,7 +6,7 @@ use crate::contact::recovery::{RECOVERY_SPEED, RECOVERY_TIME};
 use crate::math::{Mask, Real, select_into};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
-use crate::spatial::spatial_vector::{along, difference, scaled};
+use crate::spatial::spatial_vector::scaled;
 use crate::spatial::{Frame, StageDrive, StageLink, StageSolution, Twist, certify};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{ClosingRow, MovedAxis, SolvedStage, StageKernels};
@@ -68,7 +68,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         }
         for (k, reference) in self.motion.moved.iter_mut().enumerate() {
             let (start, end) = (&self.motion.start_velocity.moved[k], &end.moved[k]);
-            *reference = along(start, &difference(end, start), T::splat(EXTRAPOLATION));
+            *reference = start.plus_scaled(&end.plus_scaled(start, -T::splat(1.0)), T::splat(EXTRAPOLATION));
         }
     }
 
@@ -163,8 +163,8 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             momentum.select_into(solved, &link.momentum_of(x));
         }
         for (k, x) in twist[self.motion.frames.len()..].iter().enumerate() {
-            select_into(&mut end.moved[k], solved, &x.in_plane());
-            select_into(&mut self.motion.guess.moved[k], again, &x.in_plane());
+            end.moved[k].select_into(solved, x);
+            self.motion.guess.moved[k].select_into(again, x);
         }
         energy.select_into(solved, &self.result.energy);
         if self.drives.backlash.is_any {

@@ -1,10 +1,7 @@
 //! How the robots of a register move during a stage.
 
-use nalgebra::Vector3;
-
 use crate::math::{Laned, Real};
 use crate::robot::Link;
-use crate::spatial::spatial_vector::zero_vector;
 use crate::spatial::{
     ChainShape, ChainVelocity, Configuration, Frame, LinkAxis, Momentum, SpatialSystem, SpatialVector, Twist,
 };
@@ -28,7 +25,7 @@ pub struct Motion<T> {
     pub guess: ChainVelocity<T>,
     /// Reference momenta p_R, without gravity; of what can be pushed, reference velocities.
     pub momentum: Vec<Momentum<T>>,
-    pub moved: Vec<Vector3<T>>,
+    pub moved: Vec<Twist<T>>,
     /// Expected end configuration, and the twists of the guess there.
     pub predicted: Configuration<T>,
     pub frames: Vec<Frame<T>>,
@@ -65,7 +62,7 @@ impl<T: Real> Motion<T> {
             base_frames: frames(),
             guess: ChainVelocity::rest(count).among(movables),
             momentum: none(),
-            moved: vec![zero_vector(); movables],
+            moved: vec![SpatialVector::zero(); movables],
             predicted: Configuration::straight(count).among(movables),
             frames: frames(),
             expected: vec![SpatialVector::zero(); count + movables],

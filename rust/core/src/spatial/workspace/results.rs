@@ -5,11 +5,11 @@ use nalgebra::{Vector2, Vector3};
 use super::kernels::SUNK;
 use crate::contact::{KnownContact, Source};
 use crate::math::{Mask, Real, read_lane};
-use crate::obstacles::{Movable, Moved};
+use crate::obstacles::Movable;
 use crate::spatial::obstacle_contacts::friction_of;
 use crate::spatial::rest::is_at_rest;
 use crate::spatial::support::Support;
-use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolution};
+use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolution, Twist};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
@@ -41,7 +41,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     fn postpone(&mut self, lane: usize, body: &mut SpatialBody) {
         let state = &mut body.warm_start;
         self.motion.guess.read_lane(lane, &mut state.guess);
-        state.guess.moved.fill(Vector3::zeros());
+        state.guess.moved.fill(Twist::zero());
         self.awake.read(lane, &self.motion.guess.moved, &mut state.guess.moved);
         state.is_postponed = true;
         self.keep_forces(lane, state);
@@ -163,9 +163,9 @@ impl<T: Real> Workspace<T> {
         self.awake.read(lane, &self.result.arrival.moved, &mut state.configuration.moved);
         self.awake.read(lane, &self.result.kept.end.moved, &mut state.velocity.moved);
         for &number in self.awake.asleep(lane) {
-            let moved = Moved { pose: state.configuration.moved[number], twist: Vector3::zeros() };
-            state.velocity.moved[number] = moved.twist;
-            state.surface[number] = holding(&movables[number], &moved, &system.gravity).unwrap_or_default();
+            state.velocity.moved[number] = Twist::zero();
+            let held = holding(&movables[number], &state.moved(number), &system.gravity);
+            state.surface[number] = held.unwrap_or_default();
         }
     }
 
