@@ -11,10 +11,10 @@ mod row;
 mod workers;
 
 use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::environment::quantity::Quantity;
 use crate::environment::signal::{COUNT, SignalInfo, signals_of};
@@ -231,28 +231,26 @@ impl<M: RobotModel> Batch<M> {
         let interrupt = self.interrupt().clone();
         let busy = self.chunks.iter().filter(|chunk| active[chunk.range()].contains(&true)).count();
         let (prototype, per_chunk) = (&self.prototype, self.rows_per_chunk);
-        match self.workers.pool(busy) {
-            None => self
-                .chunks
-                .iter_mut()
-                .zip(active.chunks(per_chunk))
-                .zip(out.observation.chunks_mut(per_chunk * size))
-                .for_each(|((chunk, active), observation)| visit(chunk, prototype, active, observation)),
+        let parts = self.chunks.iter_mut().zip(active.chunks(per_chunk)).zip(out.observation.chunks_mut(per_chunk * size));
+        let visit = |((chunk, active), observation): ((&mut Chunk<M>, _), _)| visit(chunk, prototype, active, observation);
+        match self.workers.helpers(busy) {
+            None => parts.for_each(visit),
             Some(pool) => {
-                let parts = self
-                    .chunks
-                    .par_iter_mut()
-                    .zip(active.par_chunks(per_chunk))
-                    .zip(out.observation.par_chunks_mut(per_chunk * size))
-                    // A thread that is done takes over any chunk that another has not begun.
-                    .with_max_len(1);
-                let visit = |((chunk, active), observation)| visit(chunk, prototype, active, observation);
+                let parts = Mutex::new(parts);
+                // A thread that is done takes over any chunk that no other has begun.
+                let next = || parts.lock().unwrap_or_else(PoisonError::into_inner).next();
+                let work = || std::iter::from_fn(next).for_each(&visit);
                 let (running, ended) = mpsc::channel::<()>();
                 pool.in_place_scope(|scope| {
-                    scope.spawn(move |_| {
-                        let _running = running;
-                        parts.for_each(visit);
-                    });
+                    for _ in 0..pool.current_num_threads().min(busy - 1) {
+                        let running = running.clone();
+                        scope.spawn(move |_| {
+                            work();
+                            drop(running);
+                        });
+                    }
+                    drop(running);
+                    work();
                     // The calling thread alone can be interrupted.
                     while ended.recv_timeout(LONGEST_WAIT) == Err(RecvTimeoutError::Timeout) {
                         interrupt.is_raised();

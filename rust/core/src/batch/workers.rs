@@ -19,9 +19,9 @@ impl Workers {
         self.count
     }
 
-    /// The pool for `parts` parts of work, or `None` where the calling thread by itself is faster: with one thread or
-    /// part, and where no threads can be started.
-    pub fn pool(&mut self, parts: usize) -> Option<&rayon::ThreadPool> {
+    /// The threads that share `parts` parts of work with the calling one, or `None` where that by itself is faster: with one
+    /// thread or part, and where no threads can be started.
+    pub fn helpers(&mut self, parts: usize) -> Option<&rayon::ThreadPool> {
         if self.count == 1 || parts < 2 {
             return None;
         }
@@ -29,7 +29,7 @@ impl Workers {
             self.abandon();
         }
         if self.pool.is_none() {
-            self.pool = rayon::ThreadPoolBuilder::new().num_threads(self.count).build().ok();
+            self.pool = rayon::ThreadPoolBuilder::new().num_threads(self.count - 1).build().ok();
         }
         self.pool.as_ref()
     }
@@ -57,15 +57,15 @@ mod tests {
     #[test]
     fn a_pool_of_another_process_is_left_alone() {
         let mut workers = Workers::new(2);
-        assert!(workers.pool(2).is_some());
+        assert!(workers.helpers(2).is_some());
         workers.process = 0;
-        let sum: i32 = workers.pool(2).unwrap().install(|| (0..10).into_par_iter().sum());
+        let sum: i32 = workers.helpers(2).unwrap().install(|| (0..10).into_par_iter().sum());
         assert_eq!((sum, workers.process), (45, std::process::id()));
     }
 
     #[test]
     fn one_thread_never_starts_a_pool() {
         let mut workers = Workers::new(1);
-        assert!(workers.pool(1000).is_none() && workers.pool.is_none());
+        assert!(workers.helpers(1000).is_none() && workers.pool.is_none());
     }
 }
