@@ -231,8 +231,10 @@ impl<M: RobotModel> Batch<M> {
         let interrupt = self.interrupt().clone();
         let busy = self.chunks.iter().filter(|chunk| active[chunk.range()].contains(&true)).count();
         let (prototype, per_chunk) = (&self.prototype, self.rows_per_chunk);
-        let parts = self.chunks.iter_mut().zip(active.chunks(per_chunk)).zip(out.observation.chunks_mut(per_chunk * size));
-        let visit = |((chunk, active), observation): ((&mut Chunk<M>, _), _)| visit(chunk, prototype, active, observation);
+        let parts =
+            self.chunks.iter_mut().zip(active.chunks(per_chunk)).zip(out.observation.chunks_mut(per_chunk * size));
+        let visit =
+            |((chunk, active), observation): ((&mut Chunk<M>, _), _)| visit(chunk, prototype, active, observation);
         match self.workers.helpers(busy) {
             None => parts.for_each(visit),
             Some(pool) => {
@@ -279,20 +281,14 @@ impl<M: RobotModel> Batch<M> {
     }
 }
 
-/// Rows to a chunk: whole registers of eight, the same number of chunks for each thread, enough of them to balance the
-/// load where that leaves enough robots to fill the lanes, and not more rows than a cache holds.
+/// Rows to a chunk: whole registers of eight, the same number of chunks for each thread, and not more rows than a cache holds.
+/// The more rows, the fewer lanes are empty where steps are divided.
 fn rows_per_chunk(rows: usize, threads: usize) -> usize {
     let share = rows.div_ceil(threads);
-    let balancing = (share / SMALLEST_SPLIT).min(CHUNKS_PER_THREAD);
-    let chunks = share.div_ceil(LARGEST_CHUNK).max(balancing);
-    share.div_ceil(chunks).next_multiple_of(MAX_LANES)
+    share.div_ceil(share.div_ceil(LARGEST_CHUNK)).next_multiple_of(MAX_LANES)
 }
 
-const CHUNKS_PER_THREAD: usize = 4;
-const LARGEST_CHUNK: usize = 64;
-
-/// Fewer rows than this leave lanes empty where steps are divided.
-const SMALLEST_SPLIT: usize = 32;
+const LARGEST_CHUNK: usize = 128;
 
 /// Longest time between two looks at the interrupt.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
