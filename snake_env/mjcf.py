@@ -17,6 +17,7 @@ from snake_env.config.motor import Motor
 from snake_env.config.robot import LOCK_STIFFNESS, per_axis, per_link
 from snake_env.errors import ConfigError
 from snake_env.obstacles import (
+    ROLLING_FRICTION,
     Box,
     Circle,
     Cylinder,
@@ -25,6 +26,7 @@ from snake_env.obstacles import (
     Obstacle,
     Polyhedron,
     Segment,
+    Sphere,
     Vertical,
     centre,
     ground_friction,
@@ -76,15 +78,18 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
     world = _add(root, "worldbody")
     _add(world, "light", pos=(0.0, 0.0, 4.0))
     ground = {"condim": 3, "friction": (scene.friction[0], 0.0, 0.0), **_solid(step)}
+    carriers: list[tuple[str, float | None]] = [("ground", None)]
     if _has_own_pairs(scene, robot):
         _add_ground_pairs(root, scene, robot, step)
     _add(world, "geom", name="ground", type="plane", size=(0.0, 0.0, 1.0), **ground)
     for j, obstacle in enumerate(scene.obstacles, start=1):
         name = f"obstacle_{j}"
-        friction = obstacle.friction if isinstance(obstacle, Obstacle) else 0.0
-        contact = {"condim": 3 if friction else 1, "friction": (friction, 0.0, 0.0), **_solid(step)}
         if is_movable(obstacle):
             continue
+        friction = getattr(obstacle, "friction", 0.0)
+        contact = {"condim": 3 if friction else 1, "friction": (friction, 0.0, 0.0), **_solid(step)}
+        if isinstance(obstacle, HeightField | Polyhedron | Cylinder):
+            carriers.append((name, friction))
         if isinstance(obstacle, HeightField):
             _add_field(world, assets, obstacle, name, ground if friction is None else contact)
             continue
@@ -99,11 +104,14 @@ def write(scene: Scene, robot: Robot, controller: PD, start: Start | None, gait:
         _add_obstacle(world, assets, obstacle, name, (-HEIGHT, HEIGHT if height is None else height - LID), contact)
         if height is not None:
             _add_obstacle(world, assets, obstacle, f"{name}_top", (height - LID, height), ground)
+            carriers.append((f"{name}_top", None))
     angles = posture.ravel().tolist()
     _add_chain(world, robot, place, angles, step)
     lying: list[float] = []
     for j, obstacle in enumerate(scene.obstacles, start=1):
-        if is_movable(obstacle):
+        if isinstance(obstacle, Sphere):
+            lying += _add_ball(root, obstacle, f"obstacle_{j}", carriers, step)
+        elif is_movable(obstacle):
             lying += _add_movable(root, assets, obstacle, j, robot, step)
     actuators, references = _add(root, "actuator"), []
     servos = _servos(controller, robot)
@@ -249,7 +257,7 @@ def _add_movable(
         if mu:
             _add(body, "joint", name=f"{name}_z", type="slide", axis=(0.0, 0.0, 1.0))
             at = (0.0, 0.0, 0.0)
-    contact = {**_solid(step), "conaffinity": SOLID, "condim": 1, "mass": obstacle.mass}
+    contact = _pushed(obstacle, step)
     if isinstance(obstacle, Circle):
         _add(body, "geom", name=name, type="cylinder", size=(obstacle.radius, half), **contact)
     elif isinstance(obstacle, Box):
@@ -257,11 +265,43 @@ def _add_movable(
     else:
         corners = outlines([obstacle])[0] - centre(obstacle)
         _add_hull(body, assets, np.array([(*corner, z) for z in (-half, half) for corner in corners]), name, contact)
-    contacts = root.find("contact")
-    contacts = _add(root, "contact") if contacts is None else contacts
     friction = (mu, mu, 0.0, 0.0, 0.0)
-    _add(contacts, "pair", geom1="ground", geom2=name, condim=3, friction=friction, solref=_solref(step))
+    _add(_contacts(root), "pair", geom1="ground", geom2=name, condim=3, friction=friction, solref=_solref(step))
     return at
+
+
+def _add_ball(
+    root: Element, ball: Sphere, name: str, carriers: Sequence[tuple[str, float | None]], step: float
+) -> tuple[float, ...]:
+    """A free sphere, which touches links without friction and rolls on the ``carriers``. Returns its position.
+
+    These are geoms with their friction, None: that of the ground. In MuJoCo the coefficients of rolling friction and of
+    friction against spin are lengths.
+    """
+    world = root.find("worldbody")
+    assert world is not None
+    place = (ball.x, ball.y, ball.height)
+    body = _add(world, "body", name=name, pos=place)
+    _add(body, "freejoint", name=name)
+    _add(body, "geom", name=name, type="sphere", size=(ball.radius,), **_pushed(ball, step))
+    rolling = ball.radius * (ROLLING_FRICTION if ball.rolling_friction is None else ball.rolling_friction)
+    for carrier, own in carriers:
+        mu = ground_friction(ball) if own is None else own
+        pair = {"condim": 6, "friction": (mu, mu, rolling, rolling, rolling), "solref": _solref(step)}
+        _add(_contacts(root), "pair", geom1=carrier, geom2=name, **pair)
+    return (*place, 1.0, 0.0, 0.0, 0.0)
+
+
+def _pushed(obstacle: Movable, step: float) -> dict[str, Any]:
+    """Contacts of what can be pushed, with the friction of what is fixed."""
+    smooth = {"conaffinity": SOLID, "condim": 1, "friction": (0.0, 0.0, 0.0)}
+    return {**_solid(step), **smooth, "mass": obstacle.mass}
+
+
+def _contacts(root: Element) -> Element:
+    """The list of explicit pairs."""
+    found = root.find("contact")
+    return _add(root, "contact") if found is None else found
 
 
 def _add_hull(world: Element, assets: Element, vertices: Array, name: str, contact: dict[str, Any]) -> None:

@@ -1,8 +1,8 @@
 """Obstacles of a scene: pegs, walls and convex bodies by their outlines, seen from above, fixed or to be pushed.
 
-In the spatial model these are vertical bodies, without end or of a height, and there are others: uneven ground, convex
-polyhedra, poles and pipes. What can be pushed stays upright there, and meets vertical bodies only. Lengths in m, angles
-in rad.
+In the spatial model these are vertical bodies, without end or of a height. There are others: uneven ground, convex
+polyhedra, poles, pipes, and spheres that roll. All else that can be pushed stays upright there, and meets vertical
+bodies and spheres only. Lengths in m, angles in rad.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ from snake_env import _checks
 from snake_env.config.section import Section, renamed
 from snake_env.errors import ConfigError
 
-__all__ = ["Box", "Circle", "Cylinder", "HeightField", "Obstacle", "Polygon", "Polyhedron", "Segment"]
+__all__ = ["Box", "Circle", "Cylinder", "HeightField", "Obstacle", "Polygon", "Polyhedron", "Segment", "Sphere"]
 
 GROUND_FRICTION = 0.2
 """Of what can be pushed where it has no coefficient of its own."""
+ROLLING_FRICTION = 0.02
+"""Of spheres, likewise."""
 
 Point = tuple[float, float]
 Point3 = tuple[float, float, float]
@@ -88,7 +90,7 @@ class Segment(_Body):
         start: one end (x, y) [m].
         end: the other end (x, y) [m].
         friction: Coulomb coefficient between links and the obstacle, >= 0.
-        mass: None; only circles, boxes and polygons can be pushed.
+        mass: None; only circles, boxes, polygons and spheres can be pushed.
         height: of the top face above the ground, > 0; None: without end. The spatial model only [m].
     """
 
@@ -177,7 +179,7 @@ class HeightField(_Body):
         friction: Coulomb coefficient of all faces, or an array (k - 1, l - 1) of one for each cell, >= 0. None: links
             have the scene's coefficients along and across them, on level faces with all else the ground's friction has,
             such as rolling friction.
-        mass: None; only circles, boxes and polygons can be pushed.
+        mass: None; only circles, boxes, polygons and spheres can be pushed.
     """
 
     height: Sequence[Sequence[float]]
@@ -200,7 +202,7 @@ class Polyhedron(_Body):
     Args:
         vertices: 4 to 64 points (x, y, z) that do not lie in one plane; the body is their convex hull [m].
         friction: Coulomb coefficient between links and the body, >= 0.
-        mass: None; only circles, boxes and polygons can be pushed.
+        mass: None; only circles, boxes, polygons and spheres can be pushed.
     """
 
     vertices: Sequence[Point3]
@@ -224,7 +226,7 @@ class Cylinder(_Body):
         inside: False: a solid pole with flat ends. True: a pipe, a wall without thickness that links touch on both
             sides, and open ends with rims.
         friction: Coulomb coefficient between links and the cylinder, >= 0.
-        mass: None; only circles, boxes and polygons can be pushed.
+        mass: None; only circles, boxes, polygons and spheres can be pushed.
     """
 
     start: Point3
@@ -241,9 +243,48 @@ class Cylinder(_Body):
         return dataclasses.replace(self, start=start, end=end)
 
 
+@dataclass(frozen=True)
+class Sphere(_Body):
+    """A homogeneous ball that rolls, slides and falls. The spatial model with the method "implicit" only.
+
+    It touches links, other spheres and all that is fixed in space, and upright bodies that can be pushed at the height
+    of its centre. Links and all that can be pushed have no friction with it; what is fixed has its own ``friction``.
+
+    Args:
+        radius: radius [m], > 0.
+        x: centre at first [m].
+        y: centre at first [m].
+        mass: of the ball, > 0 [kg].
+        z: height of the centre over the plane at first. None: the radius, a ball that lies on the ground [m].
+        ground_friction: Coulomb coefficient where it slides on the plane, on top faces, and on height fields without a
+            friction of their own, >= 0. None: 0.2.
+        rolling_friction: coefficient as that of the links, >= 0. While something carries the ball, a moment resists
+            that it rolls, and another one that it spins. Each is at most rolling_friction * radius * m g. None: 0.02.
+    """
+
+    radius: float
+    x: float
+    y: float
+    mass: float
+    z: float | None = None
+    ground_friction: float | None = None
+    rolling_friction: float | None = None
+    shape: str = field(default="sphere", init=False, repr=False)
+
+    @property
+    def height(self) -> float:
+        """Of its centre [m]."""
+        return self.radius if self.z is None else self.z
+
+    def moved(self, dx: float, dy: float) -> Sphere:
+        """The sphere shifted by (dx, dy) [m]."""
+        ((x, y),) = _shifted([(self.x, self.y)], dx, dy)
+        return dataclasses.replace(self, x=x, y=y)
+
+
 Vertical = Circle | Segment | Box | Polygon
-Movable = Circle | Box | Polygon
-Obstacle = Vertical | HeightField | Polyhedron | Cylinder
+Movable = Circle | Box | Polygon | Sphere
+Obstacle = Vertical | HeightField | Polyhedron | Cylinder | Sphere
 
 _SHAPES: dict[str, type[Obstacle]] = {
     "circle": Circle,
@@ -253,6 +294,7 @@ _SHAPES: dict[str, type[Obstacle]] = {
     "height_field": HeightField,
     "polyhedron": Polyhedron,
     "cylinder": Cylinder,
+    "sphere": Sphere,
 }
 
 
@@ -284,16 +326,28 @@ def centre(obstacle: Movable) -> NDArray[np.float64]:
     return np.asarray(first + doubled @ (arms[:-1] + arms[1:]) / (3.0 * doubled.sum()))
 
 
-def placed(obstacles: Sequence[Any], position: Any, angle: Any = None) -> list[Any]:
-    """The same obstacles with the k that can be pushed at (k, 2) [m], turned by (k,) [rad] from where they are."""
+def balls(obstacles: Sequence[Any]) -> NDArray[np.float64]:
+    """Radius and centre (radius, x, y, z) of the spheres (k, 4) [m]."""
+    found = [(one.radius, one.x, one.y, one.height) for one in obstacles if isinstance(one, Sphere)]
+    return np.array(found, np.float64).reshape(-1, 4)
+
+
+def placed(obstacles: Sequence[Any], position: Any, angle: Any = None, height: Any = None) -> list[Any]:
+    """The same obstacles with the k that can be pushed at (k, 2) [m], turned by (k,) [rad] from where they are.
+
+    The centres of spheres are at the heights in (k,), or stay at their own [m].
+    """
     turns = np.zeros(len(position)) if angle is None else angle
-    places = zip(np.asarray(position).tolist(), np.asarray(turns).tolist(), strict=True)
+    raised = [None] * len(position) if height is None else np.asarray(height).tolist()
+    places = zip(np.asarray(position).tolist(), np.asarray(turns).tolist(), raised, strict=True)
     return [_turned(one, *next(places)) if is_movable(one) else one for one in obstacles]
 
 
-def _turned(obstacle: Movable, place: Sequence[float], turn: float) -> Movable:
+def _turned(obstacle: Movable, place: Sequence[float], turn: float, height: float | None) -> Movable:
     if isinstance(obstacle, Circle):
         return dataclasses.replace(obstacle, x=place[0], y=place[1])
+    if isinstance(obstacle, Sphere):
+        return dataclasses.replace(obstacle, x=place[0], y=place[1], z=obstacle.z if height is None else height)
     if isinstance(obstacle, Box):
         return dataclasses.replace(obstacle, x=place[0], y=place[1], angle=obstacle.angle + turn)
     arms = np.array(obstacle.vertices, np.float64) - centre(obstacle)

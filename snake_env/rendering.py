@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from snake_env._extras import extras
 from snake_env.config import Scene
-from snake_env.obstacles import circles, heights, outlines, springs
+from snake_env.obstacles import balls, circles, heights, outlines, springs
 from snake_env.palette import (
     BODY,
     FORCE,
@@ -158,7 +158,8 @@ def extent(state: State, scene: Scene, trail: Trail) -> tuple[Array, Array]:
         *(corner for one in bodies(scene.obstacles) for corner in mesh(one)[0][:, :2]),
     ]
     low, high = np.min(points, axis=0), np.max(points, axis=0)
-    discs = [(radius, np.array([x, y])) for radius, x, y in circles(scene.obstacles)]
+    round_ones = [*circles(scene.obstacles), *balls(scene.obstacles)[:, :3]]
+    discs = [(radius, np.array([x, y])) for radius, x, y in round_ones]
     if np.isfinite(state.goal).all():
         discs.append((float(state.goal_radius), state.goal))
     for radius, centre in discs:
@@ -255,7 +256,7 @@ class TopView:
         """Picture as a surface."""
         trail.follow(state)
         held = springs(scene.obstacles, state.obstacle_position)
-        scene = scene.with_obstacles_at(state.obstacle_position, state.obstacle_angle)
+        scene = scene.with_obstacles_at(state.obstacle_position, state.obstacle_angle, state.obstacle_height)
         self._camera.aim(state, scene, trail)
         self._surface.fill(GROUND)
         if self._picture.shows("obstacles"):
@@ -295,7 +296,7 @@ class TopView:
                 pygame.draw.line(self._surface, colour, (0, py), (width, py), wide * OVERSAMPLING)
 
     def _draw_shadows(self, state: State, scene: Scene) -> None:
-        """Of upright obstacles and of links, the farther from a link the higher it is above the plane."""
+        """Of upright obstacles, of balls and of links, the farther from these the higher they are above the plane."""
         self._shadow.fill((255, 255, 255))
         dark = dim((255, 255, 255), SHADED)
         away = -np.array(SUN[:2]) / SUN[2]
@@ -309,6 +310,8 @@ class TopView:
                 for start, end in zip(line, [*line[1:], line[0]], strict=True):
                     corners = [start, end, end + cast, start + cast]
                     pygame.draw.polygon(self._shadow, dark, [self._camera.pixel(corner) for corner in corners])
+            for radius, *place, height in balls(scene.obstacles):
+                self._disc(np.array(place) + away * height, radius, dark, self._shadow)
         if self._picture.shows("links"):
             places, half_axes = state.link_middle, state.link_half_length[:, np.newaxis] * state.link_axis[:, :2]
             up = np.array(places[:, 2]) if places.shape[1] == 3 else state.link_radius
@@ -375,13 +378,16 @@ class TopView:
         drawn: list[tuple[float | None, Any]] = [
             *zip(round_ones, circles(scene.obstacles), strict=True),
             *zip(others, outlines(scene.obstacles), strict=True),
+            *((one[0] + one[3], tuple(one)) for one in balls(scene.obstacles)),
         ]
         # Higher ones over lower ones: the upper steps of stairs.
         for height, shape in sorted(drawn, key=lambda one: np.inf if one[0] is None else one[0]):
             colour = shade(height)
             if isinstance(shape, tuple):
-                radius, x, y = shape
-                self._disc((x, y), radius, colour)
+                radius, x, y, *is_ball = shape
+                self._disc((x, y), radius, dim(PEG, EDGE) if is_ball else colour)
+                if is_ball:
+                    self._disc((x, y), 0.86 * radius, PEG)
                 continue
             if len(shape) > 2:
                 self._polygon(shape, colour)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from snake_env._extras import extras
 from snake_env.config import Scene
-from snake_env.obstacles import circles, heights, solids
-from snake_env.palette import FORCE, GRID, MARK, MARK_WIDTH
+from snake_env.obstacles import balls, circles, heights, solids
+from snake_env.palette import FORCE, GRID, MARK, MARK_WIDTH, PEG
 from snake_env.picture import Picture
 from snake_env.rendering import EDGE, LOW, OVERSAMPLING, PIPE, Point, TopView, Trail, colour_of, dim, shade
 from snake_env.state import State
@@ -54,7 +54,8 @@ class TwoViews(TopView):
         width, height = self._picture.size
         picture = pygame.Surface((width, height + STRIP_HEIGHT))
         picture.blit(super().draw(state, scene, trail), (0, 0))
-        self._draw_strip(state, scene)
+        there = scene.with_obstacles_at(state.obstacle_position, state.obstacle_angle, state.obstacle_height)
+        self._draw_strip(state, there)
         picture.blit(pygame.transform.smoothscale(self._strip, (width, STRIP_HEIGHT)), (0, height))
         return picture
 
@@ -78,6 +79,7 @@ class TwoViews(TopView):
         self._draw_pegs(shown, state, ahead)
         self._draw_sections(found)
         self._draw_bodies_cut(shown, state, ahead)
+        self._draw_balls(shown, state, ahead)
         for i in np.argsort(-depth, kind="stable"):
             centre = np.array([along[i], places[i, 2]])
             axis = np.array([axes[i, :2] @ ahead, axes[i, 2]])
@@ -119,12 +121,17 @@ class TwoViews(TopView):
         """Pegs without end beside the robot, behind it."""
         round_ones, _ = heights(obstacles)
         for height, (radius, x, y) in zip(round_ones, circles(obstacles), strict=True):
-            along, across = np.array([[ahead[0], ahead[1]], [-ahead[1], ahead[0]]]) @ (
-                np.array([x, y]) - state.position
-            )
+            along, across = _from_robot((x, y), state, ahead)
             if height is None and abs(across) < BESIDE:
                 (left, foot), (right, _) = (self._on_strip((along + side * radius, 0.0)) for side in (-1.0, 1.0))
                 pygame.draw.rect(self._strip, LOW, (left, 0.0, right - left, foot))
+
+    def _draw_balls(self, obstacles: Any, state: State, ahead: NDArray[np.float64]) -> None:
+        """Those beside the robot, behind it."""
+        for radius, *place, height in balls(obstacles):
+            along, across = _from_robot(place, state, ahead)
+            if abs(across) < BESIDE:
+                self._capsule(np.array([along, height]), np.zeros(2), (0.0, radius), PEG)
 
     def _draw_sections(self, sections: list[Section]) -> None:
         """Higher ones behind."""
@@ -182,6 +189,12 @@ def _profile(obstacles: Any, state: State, body: NDArray[np.float64], side: floa
     x = np.concatenate([np.linspace(-side, inner[0], SAMPLES), inner, np.linspace(inner[-1], side, SAMPLES)])
     places = np.stack([x, np.interp(x, *line.T)], axis=1) @ np.array([ahead, [-ahead[1], ahead[0]]])
     return np.stack([x, ground_height(obstacles, state.position + places)], axis=1)
+
+
+def _from_robot(place: Any, state: State, ahead: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A place seen from above, along the body from the CG, and across it [m]."""
+    frame = np.array([[ahead[0], ahead[1]], [-ahead[1], ahead[0]]])
+    return np.asarray(frame @ (np.asarray(place) - state.position))
 
 
 def _crossing(start: NDArray[np.float64], end: NDArray[np.float64]) -> float | None:

@@ -55,7 +55,8 @@ class State:
         obstacles: (n, k, 3) radius and centre (radius, x, y) of the fixed pegs, NaN where a robot has fewer than k [m].
         obstacle_position: (n, q, 2) centres of the obstacles that can be pushed [m], in the order of
             ``scene(i).obstacles``, which has where they were at first. NaN where a robot has fewer than q.
-        obstacle_angle: (n, q) by how much they have turned since then, likewise [rad].
+        obstacle_angle: (n, q) by how much they have turned about the vertical since then, likewise [rad].
+        obstacle_height: (n, q) of the centres of spheres above the plane, 0 of all else, likewise [m].
         obstacle_force: (n, m, 2|3) force of each obstacle on the robot, likewise, in the order of
             ``scene(i).obstacles`` [N]. NaN where a robot has fewer than m.
         path: (n, p, 2) corners of the path to follow, NaN where a robot's has fewer than p [m].
@@ -85,6 +86,7 @@ class State:
     obstacles: Array
     obstacle_position: Array
     obstacle_angle: Array
+    obstacle_height: Array
     obstacle_force: Array
     path: Array
     link_half_length: Array
@@ -150,7 +152,7 @@ def back(quaternion: Array) -> Array:
 
 CONSTANT = ("link_half_length", "link_radius", "link_cg_offset")
 """What all robots of a batch share."""
-RAGGED = ("obstacles", "obstacle_position", "obstacle_angle", "obstacle_force", "path")
+RAGGED = ("obstacles", "obstacle_position", "obstacle_angle", "obstacle_height", "obstacle_force", "path")
 """Tables whose lengths differ between robots, filled up with NaN in a batch."""
 
 

@@ -53,7 +53,8 @@ class Trajectory:
             spatial model only.
         obstacle_position: (T, k, 2) of the k obstacles of the scene that can be pushed, in its order [m]; None where
             all are fixed. ``energy`` has theirs, ``max_penetration`` their overlaps.
-        obstacle_angle: (T, k) by which they have turned [rad].
+        obstacle_angle: (T, k) by which they have turned about the vertical [rad].
+        obstacle_height: (T, k) of the centres of spheres above the plane, 0 of all else [m]; None without spheres.
         scene: obstacles and ground of the run.
         robot: of the run.
 
@@ -63,7 +64,7 @@ class Trajectory:
 
         velocity: (T, n, 2) of the links' CGs [m/s]; (T, n, 3) in the spatial model ("velocity").
         angular_velocity: (T, n) of the links [rad/s]; (T, n, 3), frame I, in the spatial model ("velocity").
-        obstacle_velocity: (T, k, 2) of the obstacles that can be pushed [m/s] ("velocity").
+        obstacle_velocity: (T, k, 2) of the obstacles that can be pushed, seen from above [m/s] ("velocity").
         joint_rate: (T, n - 1) [rad/s]; (T, n - 1, 2) in the spatial model, yaw and pitch ("velocity").
         ground_friction: (T, n, c, 2) friction of the ground on each link, x and y of the inertial frame [N] ("ground").
             It includes viscous friction, not the moment of rolling friction. While planar links stick, their forces are
@@ -101,6 +102,7 @@ class Trajectory:
     quaternion: Array | None = None
     obstacle_position: Array | None = None
     obstacle_angle: Array | None = None
+    obstacle_height: Array | None = None
     obstacle_velocity: Array | None = None
     velocity: Array | None = None
     angular_velocity: Array | None = None

@@ -160,8 +160,9 @@ class Scene(Section):
         with position servos of the same names. The keyframe "start" has the robot at its start. Broken joints have no
         servo; springs hold the locked ones, which need the integrator and at most the time step of the document.
         Contacts are those of MuJoCo, which are soft. Friction along and across a link is that of explicit pairs with
-        the ground. Rolling friction and the torque-speed line of a motor are left out, with a warning. Pipes, height
-        fields that go below the plane, and friction of a field by cell are refused.
+        the ground. Rolling friction of links and the torque-speed line of a motor are left out, with a warning. That of
+        spheres is a moment at the contact. Pipes, height fields that go below the plane, and friction of a field by
+        cell are refused.
 
         Args:
             robot: default Aiko.
@@ -192,12 +193,14 @@ class Scene(Section):
             raise ConfigError("scene", repr(fields), "a mapping of field names to values")
         return cls.of(fields)
 
-    def with_obstacles_at(self, position: Any, angle: Any = None) -> Scene:
+    def with_obstacles_at(self, position: Any, angle: Any = None, height: Any = None) -> Scene:
         """The scene with the k obstacles that can be pushed at (k, 2) [m], turned by (k,) [rad] from where they are.
 
-        ``obstacle_position`` and ``obstacle_angle`` of a state or of a sample of a run are these numbers.
+        Centres of spheres are put to the heights in (k,) [m], if given. ``obstacle_position``, ``obstacle_angle`` and
+        ``obstacle_height`` of a state or of a sample of a run are these numbers.
         """
-        return dataclasses.replace(self, obstacles=placed(self.obstacles, position, angle)) if len(position) else self
+        there = placed(self.obstacles, position, angle, height)
+        return dataclasses.replace(self, obstacles=there) if len(position) else self
 
     def _index(self, j: int) -> int:
         return _checks.integer("obstacle", j, 1, len(self.obstacles)) - 1

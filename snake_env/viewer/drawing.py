@@ -10,7 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from snake_env._extras import extras
-from snake_env.obstacles import Box, Polygon, Segment, centre, circles, heights, is_movable, outlines, placed, springs
+from snake_env.obstacles import (
+    Box,
+    Polygon,
+    Segment,
+    balls,
+    centre,
+    circles,
+    heights,
+    is_movable,
+    outlines,
+    placed,
+    springs,
+)
 from snake_env.palette import (
     BODY,
     EARTH,
@@ -67,6 +79,7 @@ class Drawing:
         self.solids: list[Any] = []
         """Handles of obstacles and links, which can be clicked."""
         self._pegs: Any = None
+        self._balls: Any = None
         self._moving: list[tuple[int, Any]] = []
         """Polygons that can be pushed: which of the obstacles that can be, and the handle."""
         self._springs: Any = None
@@ -131,6 +144,19 @@ class Drawing:
             self.solids.append(made)
             if is_movable(one):
                 self._moving.append((j, made))
+        round_in_space = balls(frames.scene.obstacles)
+        if len(round_in_space):
+            ball = trimesh.creation.icosphere(subdivisions=3)
+            self._balls = self._scene.add_batched_meshes_simple(
+                "/balls",
+                ball.vertices,
+                ball.faces,
+                batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(round_in_space), 1)),
+                batched_positions=round_in_space[:, 1:],
+                batched_scales=np.repeat(round_in_space[:, :1], 3, axis=1),
+                batched_colors=linear(PEG),
+            )
+            self.solids.append(self._balls)
         self._hold(frames)
         self._surfaces("/fields", fields(frames.scene.obstacles), EARTH)
         self._surfaces("/bodies", bodies(frames.scene.obstacles), PEG)
@@ -207,9 +233,14 @@ class Drawing:
 
     def show(self, frames: Frames, k: int) -> None:
         """Moves links and force arrows to frame ``k``."""
-        if self._pegs is not None and frames.obstacle_position.shape[1]:
-            discs = np.array(circles(placed(frames.scene.obstacles, frames.obstacle_position[k])))
-            self._pegs.batched_positions = np.c_[discs[:, 1:], self._pegs.batched_positions[:, 2]]
+        if frames.obstacle_position.shape[1]:
+            height = frames.obstacle_height[k] if frames.obstacle_height.shape[1] else None
+            there = placed(frames.scene.obstacles, frames.obstacle_position[k], height=height)
+            if self._pegs is not None:
+                discs = np.array(circles(there))
+                self._pegs.batched_positions = np.c_[discs[:, 1:], self._pegs.batched_positions[:, 2]]
+            if self._balls is not None:
+                self._balls.batched_positions = balls(there)[:, 1:]
         for j, handle in self._moving:
             half = 0.5 * frames.obstacle_angle[k, j]
             handle.position = (*frames.obstacle_position[k, j], 0.0)

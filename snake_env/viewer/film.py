@@ -62,6 +62,7 @@ def _state(trajectory: Trajectory, k: int) -> State:
         obstacles=np.empty((0, 3)),
         obstacle_position=np.empty((0, 2)) if trajectory.obstacle_position is None else trajectory.obstacle_position[k],
         obstacle_angle=np.empty(0) if trajectory.obstacle_angle is None else trajectory.obstacle_angle[k],
+        obstacle_height=np.empty(0) if trajectory.obstacle_height is None else trajectory.obstacle_height[k],
         obstacle_force=np.empty((0, 2)),
         path=np.empty((0, 2)),
         link_half_length=per_link(robot.contact_half_length, links),

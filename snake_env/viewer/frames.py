@@ -35,7 +35,8 @@ class Frames:
         radius: (L,) of a link [m].
         scene: obstacles and ground.
         obstacle_position: (T, k, 2) of the obstacles that can be pushed [m].
-        obstacle_angle: (T, k) by how much they have turned [rad].
+        obstacle_angle: (T, k) by how much they have turned about the vertical [rad].
+        obstacle_height: (T, k) of the centres of spheres [m]; (0, 0) without any in a run.
         goal: x, y of its centre [m]; None without a goal.
         goal_radius: of the goal disc [m].
         back: (3,) unit vector from the centre line of a link to its back, in its frame.
@@ -52,6 +53,7 @@ class Frames:
     scene: Scene = field(default_factory=Scene)
     obstacle_position: Array = field(default_factory=lambda: NOTHING)
     obstacle_angle: Array = field(default_factory=lambda: NOTHING[..., 0])
+    obstacle_height: Array = field(default_factory=lambda: NOTHING[..., 0])
     goal: Array | None = None
     goal_radius: float = 0.0
     back: tuple[float, float, float] = (0.0, 1.0, 0.0)
@@ -74,6 +76,7 @@ class Frames:
             trajectory.scene,
             NOTHING if trajectory.obstacle_position is None else trajectory.obstacle_position,
             NOTHING[..., 0] if trajectory.obstacle_angle is None else trajectory.obstacle_angle,
+            NOTHING[..., 0] if trajectory.obstacle_height is None else trajectory.obstacle_height,
             back=BACK[trajectory.quaternion is not None],
         )
 
@@ -99,6 +102,7 @@ class Frames:
             scene,
             stack["obstacle_position"],
             stack["obstacle_angle"],
+            stack["obstacle_height"],
             np.asarray(first.goal, float),
             float(first.goal_radius),
             BACK[three],
@@ -123,6 +127,7 @@ SHOWN = (
     "joint_torque",
     "obstacle_position",
     "obstacle_angle",
+    "obstacle_height",
 )
 
 

@@ -20,7 +20,7 @@ from snake_env import (
     Stribeck,
     simulate,
 )
-from snake_env.obstacles import Box, Cylinder, HeightField, Polygon, Polyhedron, Segment
+from snake_env.obstacles import Box, Cylinder, HeightField, Polygon, Polyhedron, Segment, Sphere
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -253,6 +253,25 @@ def test_a_robot_pushes_a_box_in_3d_as_in_mujoco():
     assert run.obstacle_angle[-1, 0] < -0.4
     np.testing.assert_allclose(run.obstacle_position[:, 0], places, atol=1e-4)
     np.testing.assert_allclose(run.obstacle_angle[:, 0], turns, atol=2e-3)
+
+
+def test_a_robot_pushes_a_ball_as_in_mujoco():
+    """The side of an undulating robot that slides without friction meets a ball that rolls."""
+    ball = Sphere(0.08, 0.7, -0.3, 0.5, ground_friction=0.8, rolling_friction=0.01)
+    scene, gait, controller = Scene(obstacles=[ball], friction=(0.0, 0.0)), Gait(), PD(kp=40.0, kd=1.5)
+    options = {"gait": gait, "controller": controller, "start": Start(position=(0.2, 0.0), heading=0.0)}
+    fine = Integrator(precision="fine")
+    run = simulate(model="spatial", scene=scene, duration=1.0, sample=0.1, integrator=fine, **options)
+    model, data = loaded(scene, step=1e-4, **options)
+    places = []
+    for _ in range(11):
+        places.append(data.body("obstacle_1").xpos.copy())
+        for _ in range(1000):
+            data.ctrl[:] = servo_targets(gait, data.time + 1e-4, controller)
+            mujoco.mj_step(model, data)
+    assert run.obstacle_position[-1, 0, 0] > ball.x + 0.08
+    np.testing.assert_allclose(run.obstacle_position[:, 0], np.array(places)[:, :2], atol=2e-4)
+    np.testing.assert_allclose(run.obstacle_height[:, 0], np.array(places)[:, 2], atol=2e-4)
 
 
 def test_convex_bodies_and_poles_have_their_places():

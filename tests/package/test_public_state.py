@@ -41,7 +41,7 @@ def test_the_arrays_have_the_documented_shapes(env_id):
     for name, array in state.arrays().items():
         assert array.dtype == np.float64, name
         assert array.flags.c_contiguous, name
-        if name in ("obstacles", "obstacle_position", "obstacle_angle", "obstacle_force", "path"):
+        if name in ("obstacles", "obstacle_position", "obstacle_angle", "obstacle_height", "obstacle_force", "path"):
             continue
         has_no_end = env_id == "SnakeCommand-v1" and name in ("goal", "goal_radius")
         assert np.isfinite(array).all() != has_no_end, name
@@ -55,7 +55,8 @@ def test_the_layout_describes_what_the_state_holds(env_id):
     found = {name: array.shape for name, array in env.unwrapped.state().arrays().items()}
     assert found.pop("obstacles")[0::2] == (2, 3)
     assert found.pop("obstacle_force")[0::2] == (2, 2 if env.unwrapped.layout["config"]["model"] == "planar" else 3)
-    assert found["obstacle_position"] == (*found.pop("obstacle_angle"), 2)
+    assert found["obstacle_position"] == (*found["obstacle_angle"], 2)
+    assert found.pop("obstacle_height") == found.pop("obstacle_angle")
     assert found.pop("obstacle_position")[0::2] == (2, 2)
     assert found.pop("path") == (2, 0, 2)
     assert found == described

@@ -123,7 +123,7 @@ pub const CAPABILITIES: [Capability; 29] = {
         row(Feature::ObstacleHeight, "obstacles of finite height", "None", [Never, Implicit, Never]),
         row(
             Feature::Bodies,
-            "contact with height fields, polyhedra and cylinders",
+            "contact with height fields, polyhedra, cylinders and spheres",
             "vertical bodies",
             [Never, Implicit, Never],
         ),

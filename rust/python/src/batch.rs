@@ -303,6 +303,8 @@ fn read_state<'py, M: RobotModel>(py: Python<'py>, batch: &Rows<M>, rows: &[usiz
     set_ragged::<2>(&dict, "obstacle_position", &moved.collect::<Vec<_>>())?;
     let turned = environments().map(|one| one.movables().map(|one| [one.pose.z]).collect());
     set_ragged::<1>(&dict, "obstacle_angle", &turned.collect::<Vec<_>>())?;
+    let raised = environments().map(|one| one.movables().map(|one| [one.height]).collect());
+    set_ragged::<1>(&dict, "obstacle_height", &raised.collect::<Vec<_>>())?;
     let forces: Vec<_> = environments().map(Environment::obstacle_force).collect();
     match M::KIND {
         ModelKind::Spatial => set_ragged(&dict, "obstacle_force", &forces)?,

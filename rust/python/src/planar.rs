@@ -88,7 +88,7 @@ impl<S: Scheme<Planar>> Scripted for PlanarRobot<S> {
         samples.put("joint_angle", &[links - 1], (0..links - 1).map(|joint| state.joint_angle(joint)));
         samples.put("joint_torque", &[links - 1], self.simulation.joint_torque().iter().copied());
         samples.put("energy", &[], [self.simulation.energy()]);
-        samples.put_movables(&state.movables);
+        samples.put_movables(self.simulation.movables());
     }
 
     fn write_velocity(&mut self, samples: &mut Samples) {

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snake_core::obstacles::Moved;
+use snake_core::obstacles::{Movable, Moved};
 
 use crate::numbers::set_array;
 
@@ -37,12 +37,16 @@ impl Samples {
         self.columns[k].values.extend(row);
     }
 
-    /// Adds where obstacles that can be pushed are, if there are any.
-    pub fn put_movables(&mut self, movables: &[Moved]) {
-        if !movables.is_empty() {
-            let places = movables.iter().flat_map(|moved| [moved.pose.x, moved.pose.y]);
-            self.put("obstacle_position", &[movables.len(), 2], places);
-            self.put("obstacle_angle", &[movables.len()], movables.iter().map(|moved| moved.pose.z));
+    /// Adds where obstacles that can be pushed are, if there are any, and heights if some of them are balls.
+    pub fn put_movables<'a>(&mut self, movables: impl Iterator<Item = (&'a Movable, &'a Moved)> + Clone) {
+        let (count, moved) = (movables.clone().count(), movables.clone().map(|(_, moved)| moved));
+        if count > 0 {
+            let places = moved.clone().flat_map(|moved| [moved.pose.x, moved.pose.y]);
+            self.put("obstacle_position", &[count, 2], places);
+            self.put("obstacle_angle", &[count], moved.clone().map(|moved| moved.pose.z));
+        }
+        if movables.map(|(movable, _)| movable.ball).any(|ball| ball.is_some()) {
+            self.put("obstacle_height", &[count], moved.map(|moved| moved.out_of_plane.height));
         }
     }
 

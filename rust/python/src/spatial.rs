@@ -96,7 +96,7 @@ impl<S: Scheme<Spatial>> Scripted for SpatialRobot<S> {
         samples.put("joint_angle", &robot.joint_shape(), joint_angle);
         samples.put("joint_torque", &robot.joint_shape(), robot.of_axes(torques));
         samples.put("energy", &[], [self.simulation.energy()]);
-        samples.put_movables(&self.simulation.state().movables);
+        samples.put_movables(self.simulation.movables());
     }
 
     fn write_velocity(&mut self, samples: &mut Samples) {

@@ -259,6 +259,7 @@ impl From<&Obstacle> for ObstacleFields {
             },
             Shape::Sphere { radius, centre: [x, y, z], rolling_friction } => Self {
                 shape: ShapeName::Sphere,
+                friction: None,
                 radius: Some(*radius),
                 x: Some(*x),
                 y: Some(*y),

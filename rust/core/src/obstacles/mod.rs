@@ -21,7 +21,7 @@ mod surface;
 mod wall_grid;
 
 pub use body::Body;
-pub use config::{Heights, Obstacle, Peg, SavedObstacle, Shape};
+pub use config::{Heights, Obstacle, Peg, ROLLING_FRICTION, SavedObstacle, Shape};
 pub use cylinder::Cylinder;
 pub use grid::ObstacleGrid;
 pub use height_field::{GroundFriction, HeightField};

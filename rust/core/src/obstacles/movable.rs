@@ -226,9 +226,17 @@ pub struct PlacedMovable<'a> {
     pub node: Node<'a>,
     /// (x, y, theta) of its centre, the angle from its start.
     pub pose: Vector3<f64>,
+    /// Of the centre of a ball; 0 of all else, which is upright \[m\].
+    pub height: f64,
+    pub is_ball: bool,
 }
 
 impl<'a> PlacedMovable<'a> {
+    pub fn new((movable, moved): (&'a Movable, &Moved)) -> Self {
+        let (height, is_ball) = (moved.out_of_plane.height, movable.ball.is_some());
+        Self { node: movable.into(), pose: moved.pose, height, is_ball }
+    }
+
     /// Where it is, of a disc.
     pub fn disc(&self) -> Option<Peg> {
         self.node.outline.is_none().then(|| Peg { radius: self.node.radius, x: self.pose.x, y: self.pose.y })

@@ -37,13 +37,16 @@ impl Peg {
 }
 
 impl PlacedMovable<'_> {
-    /// The same to something that can be pushed \[m\].
-    pub fn distance_along(&self, origin: &Vector2<f64>, ray: &Vector2<f64>) -> f64 {
+    /// The same to something that can be pushed, at a `height` \[m\].
+    pub fn distance_along(&self, origin: &Vector2<f64>, height: f64, ray: &Vector2<f64>) -> f64 {
         if let Some((outline, turn)) = self.outline() {
             let back = turn.inverse();
             return outline.distance_along(&(back * (origin - self.pose.xy())), &(back * ray));
         }
-        self.disc().map_or(f64::INFINITY, |disc| disc.distance_along(origin, ray))
+        let above = if self.is_ball { height - self.height } else { 0.0 };
+        let cut = |disc: Peg| Peg { radius: (disc.radius * disc.radius - above * above).sqrt(), ..disc };
+        // A ray over or under a ball has no radius, and misses.
+        self.disc().map_or(f64::INFINITY, |disc| cut(disc).distance_along(origin, ray))
     }
 }
 

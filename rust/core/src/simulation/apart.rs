@@ -29,7 +29,8 @@ pub fn require_apart(obstacles: &ObstacleGrid) -> Result<(), ConfigError> {
         let gap = (0..k).map(|other| pair_gap(nodes, [other, k], &state)).fold(to_fixed, f64::min);
         let field = format!("scene.obstacles[{}]", obstacles.index_in_scene(obstacles.len() + k));
         let value = format!("{:.4} m inside another obstacle", -gap);
-        require(gap > -DEEPEST, &field, value, "at most 1 mm: obstacles that can be pushed start outside others")?;
+        let outside = "at most 1 mm: obstacles that can be pushed start outside others, and balls above the ground";
+        require(gap > -DEEPEST, &field, value, outside)?;
     }
     Ok(())
 }

@@ -66,10 +66,11 @@ impl<M: RobotModel> BlockRow<M> {
                 values.fill(view.model.robot().total_length());
                 let obstacles = &view.model.simulation().body().obstacles;
                 let eye = Vector2::new(link.x, link.y);
-                obstacles.cast_rays(&eye, view.model.height(view.sensors.range_link), &rays, values);
+                let height = view.model.height(view.sensors.range_link);
+                obstacles.cast_rays(&eye, height, &rays, values);
                 for movable in view.model.movables() {
                     for (value, ray) in values.iter_mut().zip(&rays) {
-                        *value = value.min(movable.distance_along(&eye, ray));
+                        *value = value.min(movable.distance_along(&eye, height, ray));
                     }
                 }
             },

@@ -82,7 +82,7 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
 
     /// The obstacles that can be pushed, in the order of the scene, where they are now.
     fn movables(&self) -> impl Iterator<Item = PlacedMovable<'_>> + Clone {
-        self.simulation().movables().map(|(movable, moved)| PlacedMovable { node: movable.into(), pose: moved.pose })
+        self.simulation().movables().map(PlacedMovable::new)
     }
 
     /// The entries of an action.

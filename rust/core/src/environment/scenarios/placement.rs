@@ -129,10 +129,11 @@ impl Placement {
         links.map(|(link, q)| gap(q, link, peg)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Smallest gap between the robot and an obstacle; infinite where a wall is out of reach \[m\].
+    /// Smallest gap between the robot and an obstacle, a ball as seen from above; infinite where a wall is out of reach \[m\].
     pub fn gap_to_obstacle(&self, obstacle: &Obstacle) -> f64 {
         match &obstacle.shape {
             Shape::Circle(peg) => self.gap_to(peg),
+            &Shape::Sphere { radius, centre: [x, y, _], .. } => self.gap_to(&Peg { radius, x, y }),
             shape => self.gap_to_walls(&ObstacleGrid::of(&[Obstacle::endless(shape.clone())])),
         }
     }
