@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, Reference};
+use snake_core::gait::{CardanGait, Gait, Reference, Wave};
 use snake_core::obstacles::{GroundFriction, Heights, Moved, Obstacle, ObstacleGrid, OutOfPlane, Shape};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_FREE, Scene, SceneConfig};
@@ -319,6 +319,57 @@ fn a_run_among_balls_continues_from_a_snapshot() {
     assert_eq!(again.state(), simulation.state());
     let rolled = again.state().movables.iter().filter(|one| one.out_of_plane.roll != [0.0; 2]).count();
     assert!(again.state().movables != new().state().movables, "{rolled}");
+}
+
+/// Another gait every two seconds, to which the joints jump, in a room with walls, a peg, a box and a step.
+#[test]
+fn random_motion_among_balls_leaves_no_overlap_and_no_stage_unsolved_unreported() {
+    let mut random = Random::new(31);
+    for _ in 0..3 {
+        let mut obstacles: Vec<Obstacle> = (0..6)
+            .map(|k| {
+                let (radius, x) = (random.between(0.02, 0.12), -0.9 + 0.45 * f64::from(k));
+                let frictions = [random.between(0.0, 0.6), random.between(0.0, 0.05)];
+                ball(radius, [x, [0.1, 1.0][k as usize % 2], radius], random.between(0.05, 1.0), frictions)
+            })
+            .collect();
+        let corners = [[-1.3, -0.9], [1.7, -0.9], [1.7, 1.6], [-1.3, 1.6]];
+        obstacles
+            .extend((0..4).map(|k| Obstacle::endless(Shape::Segment { start: corners[k], end: corners[(k + 1) % 4] })));
+        let step = Shape::Box { size: [0.4, 0.3], x: 1.2, y: -0.5, angle: 0.2 };
+        obstacles.extend([[0.08, -0.5, 1.4].into(), boxed([0.15, 0.1], [1.3, 0.5, 0.3], 0.4, 0.2)]);
+        obstacles.push(Obstacle { height: Some(0.08), ..Obstacle::endless(step) });
+        let scene = SceneConfig { obstacles, ..ground([0.05, 0.5]) };
+        let robot = RobotConfig { links: 7, ..RobotConfig::default() };
+        let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
+        let mut simulation = lying(&robot, &scene, &pd, &ImplicitConfig::default(), ([-0.4, 0.55, 0.0], &[0.0; 6]));
+        let mut gait = undulation();
+        let (mut deepest, mut worst, mut flagged, mut unsolved) = (0.0_f64, 0.0_f64, 0, 0);
+        let start = simulation.state().movables.clone();
+        for period in 0..300 {
+            if period % 20 == 0 {
+                let mut wave = |amplitude: f64| {
+                    let omega = random.between(1.0, 4.0);
+                    Gait::Wave(Wave { amplitude, omega, gamma: random.between(-0.3, 0.3), ..Wave::default() })
+                };
+                gait = CardanGait { yaw: wave(0.6), pitch: wave(0.15) };
+            }
+            let report = simulation.advance(0.1, &gait);
+            assert!(!report.diverged);
+            unsolved += report.unconverged;
+            worst = worst.max(if report.unconverged == 0 { report.residual } else { 0.0 });
+            flagged += u32::from(report.penetrated);
+            if !report.penetrated {
+                deepest = deepest.max(-simulation.min_gap());
+            }
+        }
+        let moved =
+            start.iter().zip(&simulation.state().movables).filter(|(a, b)| (a.pose - b.pose).norm() > 0.05).count();
+        println!(
+            "{deepest:.1e} m, residual {worst:.1e} m/s, {flagged} periods flagged, {unsolved} stages unsolved, {moved} moved"
+        );
+        assert!(deepest < 1e-3 && worst < 1e-3 && flagged + unsolved < 5 && moved > 1);
+    }
 }
 
 #[test]
