@@ -110,7 +110,7 @@ pub(super) fn line(centre: &Vector3<f64>) -> LinkAxis {
 }
 
 /// Height of the ground, or of the top face, below a ball; infinitely low over faces that carry it otherwise \[m\].
-fn floor(centre: &Vector3<f64>, obstacles: &ObstacleGrid) -> f64 {
+pub(super) fn floor(centre: &Vector3<f64>, obstacles: &ObstacleGrid) -> f64 {
     obstacles.support(centre).map_or(0.0, |(_, height)| height)
 }
 

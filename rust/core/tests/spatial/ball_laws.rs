@@ -108,7 +108,9 @@ fn dropped_balls_come_to_lie() {
     ];
     let mut simulation = beside(obstacles, 0.0, 5e-3);
     let falls = (2.0 * height / GRAVITY).sqrt();
+    push_off(&mut simulation, 0, [0.3, 0.0, 0.0], [0.0; 3]);
     solved(simulation.advance(0.9 * falls, &Still));
+    assert!((moved(&simulation, 0).pose.x - 0.27 * falls).abs() < 1e-9, "nothing rubs in the air");
     let fallen = radius + height * (1.0 - 0.81);
     let high = moved(&simulation, 0).out_of_plane.height;
     assert!((high - fallen).abs() < 1e-4, "{high} {fallen}");
@@ -199,6 +201,22 @@ fn it_rolls_on_all_that_is_ground() {
     let landed = moved(&simulation, 0);
     assert!((landed.out_of_plane.height - radius).abs() < 1e-4 && landed.pose.x > 0.6, "{landed:?}");
     assert!(simulation.energy() < energy && simulation.min_gap() > -2e-4, "{}", simulation.min_gap());
+}
+
+/// At the height of the plane, but above a hollow, nothing holds it.
+#[test]
+fn above_a_hollow_it_falls() {
+    let heights = Heights {
+        height: vec![vec![-0.2; 3]; 3],
+        spacing: 0.5,
+        origin: [0.0, 0.0],
+        friction: GroundFriction::OfGround,
+    };
+    let hollow = Obstacle::endless(Shape::HeightField(Arc::new(heights)));
+    let mut simulation = beside(vec![hollow, ball(0.05, [0.5, 0.4, 0.05], 0.2, [0.5, 0.02])], 0.0, 5e-3);
+    solved(simulation.advance(0.5, &Still));
+    let height = moved(&simulation, 0).out_of_plane.height;
+    assert!((height + 0.15).abs() < 1e-5, "{height}");
 }
 
 /// A limp robot on ice runs into balls lower and higher than itself: horizontal momentum is kept, and the normal is that of

@@ -8,6 +8,7 @@ use crate::contact::PlacedLink;
 use crate::math::{Laned, MAX_LANES, Real, laned};
 use crate::obstacles::Movable;
 use crate::robot::Link;
+use crate::spatial::balls::floor;
 use crate::spatial::movables::{InLane, Places, Seen};
 use crate::spatial::spatial_vector::{along, scaled, zero_vector};
 use crate::spatial::{Spatial, SpatialBody, SpatialSystem, SpatialVector, StageLink, Twist};
@@ -98,7 +99,10 @@ impl<T: Real> Workspace<T> {
             let is_awake = |number: usize| {
                 let guess = if state.is_postponed { state.guess.moved[number] } else { Twist::zero() };
                 let movable = &obstacles.movables()[number];
-                guess != Twist::zero() || holding(movable, &state.moved(number), &members.system.gravity).is_none()
+                let is_held = holding(movable, &state.moved(number), &members.system.gravity).is_some();
+                let hovers =
+                    movable.ball.is_some() && floor(&state.configuration.moved[number].linear, obstacles) != 0.0;
+                guess != Twist::zero() || !is_held || hovers
             };
             self.awake.begin(lane, obstacles.movables().len(), is_awake);
         }
