@@ -301,9 +301,4 @@ impl<'a> Nodes<'a> {
     pub fn get(&self, node: usize) -> Node<'a> {
         self.links.get(node).map_or_else(|| self.movable(node).into(), Node::from)
     }
-
-    /// All of them, those that are left out too.
-    pub fn iter(&self) -> impl Iterator<Item = Node<'a>> + Clone + use<'a> {
-        self.links.iter().map(Node::from).chain(self.movables.iter().map(Node::from))
-    }
 }

@@ -33,8 +33,9 @@ impl<T: Real> Workspace<T> {
             let (near, displacement, margin) = (&mut body.warm_start.near, robot.bound.displacement, robot.margin(1.0));
             if !near.covers(displacement, margin) {
                 let pose = |node| place_numbered((nodes, lying), node, lane, &motion.predicted, &motion.heading).pose;
-                let poses = (0..nodes.all().count()).map(pose);
-                near.rebuild(poses, robot.nodes.iter(), &body.obstacles, margin, displacement);
+                let (all, numbers) = (nodes.all(), 0..nodes.all().count());
+                let links = numbers.clone().map(|node| all.get(node));
+                near.rebuild(numbers.map(pose), links, &body.obstacles, margin, displacement);
             }
             let is_among_obstacles = !near.pairs().is_empty();
             if is_among_obstacles {
