@@ -13,7 +13,7 @@ use crate::spatial::{Stage, StageSolution, hinge_directions};
 use super::coulomb_friction::ObstacleFrictionLaw;
 use super::coulomb_laws::{GroundLaws, ObstacleLaw};
 use super::coulomb_sweep::{chain_link, mass_matrix, spatial_vector, stacked};
-use super::newton::PENALTY;
+use super::transfer::PENALTY;
 
 /// Workspace of the solver, re-used from stage to stage.
 #[derive(Debug, Clone)]

@@ -19,6 +19,7 @@ mod ray;
 mod self_contacts;
 mod sweep;
 mod terms;
+mod transfer;
 
 pub use coulomb_newton::CoulombNewton;
 pub use fallback::Fallback;
