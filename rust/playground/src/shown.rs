@@ -3,7 +3,6 @@
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use snake_core::environment::{PlanarRobot, RobotModel, SpatialRobot};
 use snake_core::obstacles::Moved;
-use snake_core::stepping::RobotState;
 
 /// A robot model that the page can show.
 pub trait Shown: RobotModel {
@@ -21,7 +20,7 @@ pub trait Shown: RobotModel {
 
     /// The obstacles that can be pushed, in the order of the scene.
     fn movables_mut(&mut self) -> &mut [Moved] {
-        self.simulation_mut().body_mut().state.movables_mut()
+        &mut self.simulation_mut().body_mut().state.movables
     }
 
     /// Ends of the centre line of a link, seen from above \[m\].

@@ -1,6 +1,6 @@
 //! Time stepping of the thesis, as far as its models share it: equal steps of a fixed length.
 
-use snake_core::stepping::{Driven, RobotState, steps_in};
+use snake_core::stepping::{Driven, steps_in};
 
 /// Integrates over `duration` in equal steps no longer than `longest`, each of which `step` takes; the time is set here.
 /// Returns whether the state stayed plausible.
@@ -20,7 +20,7 @@ pub fn advance_in_equal_steps<D: Driven>(
         robot.body().interrupt.check();
         step(robot, h);
         let body = robot.body_mut();
-        body.state.set_time(body.interval_start() + h * f64::from(k));
+        body.state.time = body.interval_start() + h * f64::from(k);
         body.is_plausible = body.state.is_plausible();
         body.quarantine();
         if body.statistics.diverged {

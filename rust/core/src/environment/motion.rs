@@ -53,7 +53,6 @@ mod tests {
     use super::*;
     use crate::planar::{Pose, Twist};
     use crate::robot::RobotConfig;
-    use crate::stepping::RobotState;
 
     #[test]
     fn a_stretched_robot_that_drives_ahead_moves_along_its_heading() {

@@ -187,7 +187,8 @@ impl ConvexPolygon {
     ) -> NearestPoint {
         let nearest = self.nearest_point(point);
         let is_wall = self.vertices.len() == 2;
-        if if is_wall { nearest.is_corner } else { nearest.distance > ROUNDING } {
+        let is_certain = if is_wall { nearest.is_corner } else { nearest.distance > ROUNDING };
+        if is_certain {
             return nearest;
         }
         let clearance = |edge: usize| vertices.clone().map(|v| self.height(edge, &v)).fold(f64::INFINITY, f64::min);

@@ -9,7 +9,7 @@ use crate::stepping::start::is_following;
 use crate::stepping::{self, Accuracy, Model};
 
 use super::workspace::Workspace;
-use super::{PlanarState, PlanarSystem, Pose, WarmStart, assemble_chain};
+use super::{PlanarSystem, Pose, Twist, WarmStart, assemble_chain};
 
 /// The planar model (T ch. 3).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +26,8 @@ pub type Scripted<R> = stepping::Scripted<R, Body>;
 
 impl Model for Planar {
     type System = PlanarSystem;
-    type State = PlanarState;
+    type Pose = Pose;
+    type Twist = Twist;
     type WarmStart = WarmStart;
     type Target = JointTarget;
     type Workspace<T: Real> = Workspace<T>;

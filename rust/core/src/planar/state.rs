@@ -1,10 +1,8 @@
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
 use crate::math::{Mask, Real};
-use crate::obstacles::Moved;
 use crate::robot::Robot;
-use crate::stepping::{MAX_RATE, MAX_SPEED, RobotState};
+use crate::stepping::{Coordinates, LinkPose, MAX_RATE, MAX_SPEED, RobotState};
 
 /// q_i = (x, y, theta): position of a link's CG \[m\] and absolute angle \[rad\] (T 3.4).
 pub type Pose = Vector3<f64>;
@@ -12,17 +10,8 @@ pub type Pose = Vector3<f64>;
 /// u_i = (v_x, v_y, omega): velocity of a link's CG \[m/s\] and angular velocity \[rad/s\] (T 3.5).
 pub type Twist = Vector3<f64>;
 
-/// State of one robot: plain data (T 3.6).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlanarState {
-    /// \[s\]
-    pub time: f64,
-    pub pose: Vec<Pose>,
-    pub twist: Vec<Twist>,
-    /// Of the obstacles that can be pushed.
-    #[serde(default)]
-    pub movables: Vec<Moved>,
-}
+/// State of one robot (T 3.6).
+pub type PlanarState = RobotState<Pose, Twist>;
 
 impl PlanarState {
     /// Kinetic energy of all links \[J\].
@@ -41,45 +30,15 @@ impl PlanarState {
     }
 }
 
-impl RobotState for PlanarState {
-    fn zero(links: usize) -> Self {
-        Self { time: 0.0, pose: vec![Pose::zeros(); links], twist: vec![Twist::zeros(); links], movables: Vec::new() }
+impl Coordinates for Vector3<f64> {
+    fn zero() -> Self {
+        Self::zeros()
     }
+}
 
-    fn movables(&self) -> &[Moved] {
-        &self.movables
-    }
-
-    fn movables_mut(&mut self) -> &mut Vec<Moved> {
-        &mut self.movables
-    }
-
-    fn copy_from(&mut self, other: &Self) {
-        self.time = other.time;
-        self.pose.copy_from_slice(&other.pose);
-        self.twist.copy_from_slice(&other.twist);
-        self.movables.clone_from(&other.movables);
-    }
-
-    fn time(&self) -> f64 {
-        self.time
-    }
-
-    fn set_time(&mut self, time: f64) {
-        self.time = time;
-    }
-
-    fn stop(&mut self) {
-        self.twist.fill(Twist::zeros());
-        self.movables.iter_mut().for_each(|moved| *moved = moved.stopped());
-    }
-
-    fn fits(&self, links: usize, movables: usize) -> bool {
-        self.pose.len() == links && self.twist.len() == links && self.movables.len() == movables
-    }
-
-    fn is_plausible(&self) -> bool {
-        is_plausible(&self.pose, &self.twist) && self.movables.iter().all(Moved::is_plausible)
+impl LinkPose<Twist> for Pose {
+    fn is_plausible(&self, twist: &Twist) -> bool {
+        is_plausible(&[*self], &[*twist])
     }
 }
 

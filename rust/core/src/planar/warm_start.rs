@@ -46,7 +46,7 @@ impl stepping::WarmStart for WarmStart {
         }
     }
 
-    fn clear(&mut self, _movables: usize) {
+    fn clear(&mut self) {
         self.friction.clear();
         self.friction.resize(self.joint_torque.len() + 1, Vector2::zeros());
         self.spin.clear();

@@ -4,7 +4,6 @@ use crate::contact::obstacle_gap;
 use crate::error::{ConfigError, require};
 use crate::obstacles::ObstacleGrid;
 use crate::spatial::{SpatialState, ball_gap, pair_gap};
-use crate::stepping::RobotState;
 
 /// Checks the start of a scene.
 ///

@@ -26,7 +26,7 @@ use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
 use crate::spatial::ball_gap;
 use crate::stepping::{
-    Body, Clock, CompiledModel, Fleet, Model, Record, RobotState, Scripted, StepStatistics, WarmStart, steps_in,
+    Body, Clock, CompiledModel, Fleet, Model, Record, Scripted, StateOf, StepStatistics, WarmStart, steps_in,
 };
 
 /// A model of which a robot can be simulated by itself.
@@ -53,7 +53,7 @@ pub struct Simulation<M: SimulatedModel, S = Fleet<M>> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Snapshot<M: Model> {
-    state: M::State,
+    state: StateOf<M>,
     clock: Clock,
     warm_start: <M::WarmStart as WarmStart>::Saved,
 }
@@ -122,7 +122,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
         self.body.obstacles.pegs()
     }
 
-    pub fn state(&self) -> &M::State {
+    pub fn state(&self) -> &StateOf<M> {
         &self.body.state
     }
 
@@ -151,7 +151,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
 
     /// Sets poses and twists and clears warm starts; obstacles that can be pushed, where the state has others than the scene,
     /// lie as at first.
-    pub fn place(&mut self, state: &M::State) {
+    pub fn place(&mut self, state: &StateOf<M>) {
         self.body.state.copy_from(state);
         if !state.fits(self.robot().link_count(), self.body.obstacles.movables().len()) {
             self.place_movables();
@@ -202,7 +202,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
 
     /// The obstacles that can be pushed, and where they are.
     pub fn movables(&self) -> impl Iterator<Item = (&Movable, &Moved)> + Clone {
-        self.body.obstacles.movables().iter().zip(self.body.state.movables())
+        self.body.obstacles.movables().iter().zip(&self.body.state.movables)
     }
 
     /// Kinetic energy of what can be pushed \[J\].

@@ -210,12 +210,11 @@ impl WarmStart for ChainState {
         }
     }
 
-    fn clear(&mut self, movables: usize) {
+    fn clear(&mut self) {
         self.began_at_rest = false;
         self.is_postponed = false;
         self.forces.clear();
         self.surface.clear();
-        self.surface.resize(movables, Vector3::zeros());
         self.stands.fill([false; 2]);
         self.contacts.clear();
         self.joint_stops.clear();
@@ -225,28 +224,16 @@ impl WarmStart for ChainState {
     }
 
     fn save(&self) -> SavedForces {
-        let Self {
-            began_at_rest,
-            forces,
-            surface,
-            stands,
-            contacts,
-            joint_stops,
-            joint_torque,
-            backlash,
-            gear_friction,
-            ..
-        } = self.clone();
         SavedForces {
-            began_at_rest,
-            forces,
-            surface,
-            stands,
-            contacts,
-            joint_stops,
-            joint_torque,
-            backlash,
-            gear_friction,
+            began_at_rest: self.began_at_rest,
+            forces: self.forces.clone(),
+            surface: self.surface.clone(),
+            stands: self.stands.clone(),
+            contacts: self.contacts.clone(),
+            joint_stops: self.joint_stops.clone(),
+            joint_torque: self.joint_torque.clone(),
+            backlash: self.backlash.clone(),
+            gear_friction: self.gear_friction.clone(),
         }
     }
 

@@ -10,7 +10,7 @@ use crate::stepping::kernels::compile_kernels;
 use crate::stepping::{self, Accuracy, Model};
 
 use super::workspace::Workspace;
-use super::{ChainState, Pose, SpatialState, SpatialSystem, assemble_chain, rest_on};
+use super::{ChainState, Pose, SpatialSystem, StackedTwist, assemble_chain, rest_on};
 
 /// The spatial model (T ch. 4).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +27,8 @@ pub type SpatialScripted<R> = stepping::Scripted<R, SpatialBody>;
 
 impl Model for Spatial {
     type System = SpatialSystem;
-    type State = SpatialState;
+    type Pose = Pose;
+    type Twist = StackedTwist;
     type WarmStart = ChainState;
     type Target = CardanTarget;
     type Workspace<T: Real> = Workspace<T>;

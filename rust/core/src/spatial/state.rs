@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::obstacles::{Moved, OutOfPlane};
 use crate::robot::Robot;
-use crate::stepping::{MAX_RATE, MAX_SPEED, RobotState};
+use crate::stepping::{Coordinates, LinkPose, MAX_RATE, MAX_SPEED, RobotState};
 
 use super::{SpatialVector, Twist, mass_diagonal, potential_energy};
 
@@ -59,17 +59,8 @@ pub fn moved_of(place: &SpatialVector, twist: &Twist) -> Moved {
     Moved { pose: place.in_plane(), twist: twist.in_plane(), out_of_plane }
 }
 
-/// State of one robot: plain data (T 4.7).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SpatialState {
-    /// \[s\]
-    pub time: f64,
-    pub pose: Vec<Pose>,
-    pub twist: Vec<StackedTwist>,
-    /// Of the obstacles that can be pushed.
-    #[serde(default)]
-    pub movables: Vec<Moved>,
-}
+/// State of one robot (T 4.7).
+pub type SpatialState = RobotState<Pose, StackedTwist>;
 
 impl SpatialState {
     /// Kinetic energy of all links \[J\].
@@ -86,49 +77,23 @@ impl SpatialState {
     }
 }
 
-impl RobotState for SpatialState {
-    fn zero(links: usize) -> Self {
-        let (pose, twist) = (vec![Pose::identity(); links], vec![StackedTwist::zeros(); links]);
-        Self { time: 0.0, pose, twist, movables: Vec::new() }
+impl Coordinates for StackedTwist {
+    fn zero() -> Self {
+        Self::zeros()
     }
+}
 
-    fn movables(&self) -> &[Moved] {
-        &self.movables
+impl Coordinates for Pose {
+    fn zero() -> Self {
+        Self::identity()
     }
+}
 
-    fn movables_mut(&mut self) -> &mut Vec<Moved> {
-        &mut self.movables
-    }
-
-    fn copy_from(&mut self, other: &Self) {
-        self.time = other.time;
-        self.pose.copy_from_slice(&other.pose);
-        self.twist.copy_from_slice(&other.twist);
-        self.movables.clone_from(&other.movables);
-    }
-
-    fn time(&self) -> f64 {
-        self.time
-    }
-
-    fn set_time(&mut self, time: f64) {
-        self.time = time;
-    }
-
-    fn stop(&mut self) {
-        self.twist.fill(StackedTwist::zeros());
-        self.movables.iter_mut().for_each(|moved| *moved = moved.stopped());
-    }
-
-    fn fits(&self, links: usize, movables: usize) -> bool {
-        self.pose.len() == links && self.twist.len() == links && self.movables.len() == movables
-    }
-
-    fn is_plausible(&self) -> bool {
-        let placed = |pose: &Pose| pose.position.iter().chain(pose.orientation.coords.iter()).all(|x| x.is_finite());
-        let slow = |u: &StackedTwist| {
-            u.iter().take(3).all(|v| v.abs() < MAX_SPEED) && u.iter().skip(3).all(|omega| omega.abs() < MAX_RATE)
-        };
-        self.pose.iter().all(placed) && self.twist.iter().all(slow) && self.movables.iter().all(Moved::is_plausible)
+impl LinkPose<StackedTwist> for Pose {
+    fn is_plausible(&self, twist: &StackedTwist) -> bool {
+        let (velocity, rate) = (twist.iter().take(3), twist.iter().skip(3));
+        velocity.map(|v| v.abs()).all(|speed| speed < MAX_SPEED)
+            && rate.map(|omega| omega.abs()).all(|rate| rate < MAX_RATE)
+            && self.position.iter().chain(self.orientation.coords.iter()).all(|x| x.is_finite())
     }
 }

@@ -11,14 +11,15 @@ use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 
 use super::closing::Closing;
-use super::model::{Driven, Model, RobotState, WarmStart};
+use super::model::{Driven, Model, WarmStart};
 use super::obstacle_impulses::ObstacleImpulses;
+use super::state::{RobotState, StateOf};
 use super::{PlantParameters, Record, StepStatistics};
 
 /// State, surroundings, warm start and counters of one robot.
 #[derive(Debug, Clone)]
 pub struct Body<M: Model> {
-    pub state: M::State,
+    pub state: StateOf<M>,
     /// Shared by the robots of a scene.
     pub obstacles: Arc<ObstacleGrid>,
     /// Of the calls that advance it.
@@ -44,7 +45,7 @@ pub struct Body<M: Model> {
     /// What a run records besides, if it does.
     pub record: Option<Box<Record>>,
     /// States at the ends of the parts of steps since [`Self::begin`], if they are kept.
-    pub path: Option<Vec<M::State>>,
+    pub path: Option<Vec<StateOf<M>>>,
     /// Linear solves of the last stage or step, see [`Model::SORTED_BY_STAGE`].
     pub(super) solves: u32,
     /// Cost of all parts of the present step in linear solves, the retaken ones included; see [`super::verdict`].
@@ -54,7 +55,7 @@ pub struct Body<M: Model> {
     /// Whether the state is that of a robot rather than of a diverged computation; set by the schemes.
     pub is_plausible: bool,
     /// Last plausible state.
-    last_good: M::State,
+    last_good: StateOf<M>,
 }
 
 /// What the last part says of the next one: with it a run continues elsewhere.
@@ -79,7 +80,7 @@ pub struct Trial {
 impl<M: Model> Body<M> {
     pub fn new(robot: &Robot, obstacles: ObstacleGrid) -> Self {
         let links = robot.link_count();
-        let mut state = M::State::zero(links);
+        let mut state = RobotState::zero(links);
         state.place_movables(obstacles.movables());
         Self {
             last_good: state.clone(),
@@ -108,7 +109,7 @@ impl<M: Model> Body<M> {
     /// Clears forces and counters; the present state counts as good.
     pub fn clear_memory(&mut self) {
         self.begin();
-        self.warm_start.clear(self.obstacles.movables().len());
+        self.warm_start.clear();
         self.clock = Clock::default();
         self.solves = 0;
         self.postponements = 0;
@@ -135,7 +136,7 @@ impl<M: Model> Body<M> {
 
     /// Time at which the present interval began \[s\].
     pub fn interval_start(&self) -> f64 {
-        self.last_good.time()
+        self.last_good.time
     }
 
     /// If the state is implausible, resets the robot to its last plausible state, at rest, and flags it. The counters
@@ -144,7 +145,7 @@ impl<M: Model> Body<M> {
         if !self.is_plausible {
             self.state.copy_from(&self.last_good);
             self.state.stop();
-            self.warm_start.clear(self.obstacles.movables().len());
+            self.warm_start.clear();
             self.clock = Clock::default();
             self.solves = 0;
             self.statistics.clear_work();

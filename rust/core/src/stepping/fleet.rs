@@ -10,7 +10,7 @@ use super::group::{Group, Verdicts};
 use super::kernels::{Compiled, CompiledModel};
 use super::lane_count::lanes_for;
 use super::lanes::Members;
-use super::model::{Driven, Model, RobotState};
+use super::model::{Driven, Model};
 use super::plan::{Interval, StepPlan};
 use super::queues::Queues;
 use super::start::first_part;
@@ -120,7 +120,7 @@ fn prepare<D: Driven>(
     if robot.body().clock.next > 0.0 {
         return;
     }
-    robot.targets(robot.body().state.time(), targets);
+    robot.targets(robot.body().state.time, targets);
     let is_following = D::Model::follows(system, robot.body(), targets);
     robot.body_mut().clock.next = if is_following { step } else { first_part(step) };
 }

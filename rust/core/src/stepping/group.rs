@@ -18,7 +18,7 @@ use super::body::Trial;
 use super::energy::EnergyLedger;
 use super::kernels::{Compiled, Operation, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
-use super::model::{Driven, Model, RobotState};
+use super::model::{Driven, Model};
 use super::sdirk::{EXTRAPOLATION, GAMMA};
 use super::stage::{ContactImpulse, StageInput, StageOutput};
 use super::statistics::StepStatistics;
@@ -252,7 +252,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         for lane in active(lanes) {
             let (body, h) = (members.body_mut(lane), h.lane(lane));
             self.workspace.accept(system, lane, body);
-            body.state.set_time(body.state.time() + h);
+            body.state.time += h;
             if !M::SORTED_BY_STAGE {
                 body.solves = self.solves[lane];
             }

@@ -7,18 +7,20 @@ use serde::de::DeserializeOwned;
 
 use crate::gait::WaveJets;
 use crate::math::Real;
-use crate::obstacles::{Movable, Moved, ObstacleGrid, OutOfPlane};
+use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 
 use super::Accuracy;
 use super::body::Body;
 use super::stage::{StageInput, StageKernels, StageOutput};
+use super::state::{Coordinates, LinkPose};
 
 /// A robot model in stages: `planar::Planar` or `spatial::Spatial`. Everything is monomorphised.
 pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     /// Robot, ground and controller: what no step changes.
     type System: Debug + Clone;
-    type State: RobotState;
+    type Pose: LinkPose<Self::Twist>;
+    type Twist: Coordinates;
     type WarmStart: WarmStart;
     /// Reference of one joint.
     type Target: Debug + Clone + Copy + Default + Send;
@@ -45,56 +47,14 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     fn from_reduced(_system: &Self::System, _body: &mut Body<Self>) {}
 }
 
-/// Configuration, velocity and time of one robot: plain data.
-pub trait RobotState: Debug + Clone + PartialEq + Serialize + DeserializeOwned {
-    /// A robot of `links` links at the origin, straight and at rest.
-    fn zero(links: usize) -> Self;
-    /// Copies without allocating.
-    fn copy_from(&mut self, other: &Self);
-    /// \[s\]
-    fn time(&self) -> f64;
-    fn set_time(&mut self, time: f64);
-    /// All velocities become zero.
-    fn stop(&mut self);
-    /// The obstacles that can be pushed, in the order of the scene.
-    fn movables(&self) -> &[Moved];
-    fn movables_mut(&mut self) -> &mut Vec<Moved>;
-    /// Places obstacles that can be pushed where they lie at first, at rest.
-    fn place_movables(&mut self, movables: &[Movable]) {
-        let places = self.movables_mut();
-        places.clear();
-        places.extend(movables.iter().map(Moved::at_start));
-    }
-    /// Whether it is of a robot of `links` links among so many obstacles that can be pushed.
-    fn fits(&self, links: usize, movables: usize) -> bool;
-    /// Whether it is finite, and slow enough to be that of a robot rather than of a diverged computation.
-    fn is_plausible(&self) -> bool;
-}
-
-impl Moved {
-    /// Whether it is finite, and slow enough to be that of an obstacle rather than of a diverged computation.
-    pub fn is_plausible(&self) -> bool {
-        let Self { pose, twist, out_of_plane: OutOfPlane { height, rise, roll } } = self;
-        let is_slow = twist.xy().amax() < MAX_SPEED && twist.z.abs() < MAX_RATE;
-        let is_slow_out_of_plane = rise.abs() < MAX_SPEED && roll.iter().all(|rate| rate.abs() < MAX_RATE);
-        is_slow && is_slow_out_of_plane && pose.iter().chain([height]).all(|number| number.is_finite())
-    }
-}
-
-/// Speed beyond which a computation has diverged \[m/s\].
-pub const MAX_SPEED: f64 = 1e4;
-
-/// Angular velocity beyond which a computation has diverged \[rad/s\].
-pub const MAX_RATE: f64 = 1e6;
-
 /// Data that one step passes to the next besides the state.
 pub trait WarmStart: Debug + Clone {
     /// The part of it that continues a run elsewhere.
     type Saved: Debug + Clone + PartialEq + Serialize + DeserializeOwned;
 
     fn new(links: usize) -> Self;
-    /// The robot was placed, among so many obstacles that can be pushed: no earlier forces.
-    fn clear(&mut self, movables: usize);
+    /// The robot was placed: no earlier forces.
+    fn clear(&mut self);
     fn save(&self) -> Self::Saved;
     fn resume(&mut self, saved: &Self::Saved);
     /// Whether `saved` is of a robot of `links` links among these obstacles.

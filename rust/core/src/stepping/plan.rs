@@ -13,7 +13,7 @@
 
 use super::body::{Body, Clock, Trial};
 use super::config::steps_in;
-use super::model::{Driven, Model, RobotState};
+use super::model::{Driven, Model};
 use super::start::{end_before, first_part};
 use super::{Accuracy, ImplicitConfig};
 
@@ -113,7 +113,7 @@ impl StepPlan {
     /// Chooses the next part.
     pub fn choose_part<D: Driven>(&mut self, interval: &Interval, robot: &D) {
         let body = robot.body();
-        let (time, clock) = (body.state.time(), &body.clock);
+        let (time, clock) = (body.state.time, &body.clock);
         let to_jump = end_before(time, |time| robot.next_jump(time)) - time;
         let to_end = interval.duration - self.progress;
         let (left, end) = if to_jump < to_end { (to_jump, Ends::Jump) } else { (to_end, Ends::Interval) };
@@ -255,7 +255,7 @@ impl StepPlan {
         self.rejections = 0;
         body.step_solves = 0;
         if passed == interval.steps {
-            body.state.set_time(body.interval_start() + interval.duration);
+            body.state.time = body.interval_start() + interval.duration;
         }
     }
 }
@@ -392,7 +392,7 @@ mod tests {
                     prop_assert!(is_shorter || next.part.is_euler && !rejected.is_euler);
                     prop_assert!(plan.rejections <= MOST_REJECTIONS);
                 } else {
-                    robot.body.state.set_time(robot.body.state.time() + length);
+                    robot.body.state.time += length;
                     plan.accept(&interval, &mut robot.body);
                 }
             }

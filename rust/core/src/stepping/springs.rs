@@ -26,8 +26,6 @@ impl<T: Real> StageSpring<T> {
 }
 
 impl StageSpring<f64> {
-    pub const NONE: Self = Self { stiffness: 0.0, damping: 0.0, home: Vector2::new(0.0, 0.0) };
-
     pub fn of(movable: &Movable) -> Self {
         let of_spring = |spring: Spring| (spring.stiffness, spring.damping);
         let (stiffness, damping) = movable.spring.map_or((0.0, 0.0), of_spring);

@@ -5,7 +5,7 @@ use snake_core::environment::rng::Rng;
 use snake_core::environment::{
     ActionMode, EnvConfig, EnvironmentState, ModelKind, PlanarRobot, RobotModel, SpatialRobot, Task,
 };
-use snake_core::stepping::{ImplicitConfig, RobotState};
+use snake_core::stepping::ImplicitConfig;
 
 /// Arrays that a batch writes to.
 #[derive(Clone, PartialEq, Debug)]
@@ -138,13 +138,13 @@ fn keeps_path<M: RobotModel>(config: &EnvConfig) {
         assert!(body(1).path.is_none());
         let path = body(0).path.as_ref().expect("a path");
         longest = longest.max(path.len());
-        let times: Vec<f64> = path.iter().map(RobotState::time).collect();
+        let times: Vec<f64> = path.iter().map(|state| state.time).collect();
         assert!(times[0] > body(0).interval_start() && times.is_sorted(), "{times:?}");
         let end = path.last().expect("at least one part").clone();
         let mut state = body(0).state.clone();
         // The end of the interval is set without accumulated round-off.
-        assert!((end.time() - state.time()).abs() < 1e-12);
-        state.set_time(end.time());
+        assert!((end.time - state.time).abs() < 1e-12);
+        state.time = end.time;
         assert_eq!(end, state);
     }
     assert!(longest > 2, "some step is divided");

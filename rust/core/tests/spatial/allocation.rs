@@ -4,7 +4,6 @@ use nalgebra::Vector2;
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::scene::SceneConfig;
 use snake_core::spatial::{SpatialFleet, SpatialScripted};
-use snake_core::stepping::RobotState;
 use snake_test_support::planar::table_7_5;
 use snake_test_support::spatial::{implicit, lying, on_course, sidewinding, straight, undulation};
 

@@ -7,7 +7,7 @@ use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::{Motor, Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of};
-use snake_core::stepping::{ImplicitConfig, RobotState};
+use snake_core::stepping::ImplicitConfig;
 use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
 type CardanRobot = SpatialScripted<CardanGait>;

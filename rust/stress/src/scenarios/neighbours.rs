@@ -5,7 +5,7 @@ use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Body, Fleet, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_5, TABLE_7_5};
-use snake_core::stepping::{ImplicitConfig, RobotState, StepStatistics};
+use snake_core::stepping::{ImplicitConfig, StepStatistics};
 
 use crate::case::pegs;
 use crate::figures::Figures;

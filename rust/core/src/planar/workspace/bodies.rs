@@ -6,7 +6,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::PlacedLink;
 use crate::math::{Laned, MAX_LANES, Real};
-use crate::obstacles::{Moved, Nodes, ObstacleGrid};
+use crate::obstacles::{Nodes, ObstacleGrid};
 use crate::planar::{Body, Heading, Planar, PlanarSystem, Twist, WarmStart};
 use crate::stepping::{Driven, Members, StageSpring, are_within, holding};
 
@@ -103,23 +103,6 @@ impl<T: Real> Workspace<T> {
         obstacles: &'a ObstacleGrid,
     ) -> Nodes<'a> {
         system.nodes(obstacles).among(self.awake.of(lane))
-    }
-
-    /// Where what can be pushed is, and how it moves; what sleeps lies still.
-    pub(super) fn keep_bodies(&self, system: &PlanarSystem, lane: usize, body: &mut Body) {
-        let (chain, gravity) = (system.robot.link_count(), system.gravity());
-        let Body { state, warm_start, obstacles, .. } = body;
-        for (node, &number) in (chain..).zip(self.awake.of(lane)) {
-            let [pose, twist] = [&self.result.end, &self.result.twist].map(|of_all| of_all[node].lane(lane));
-            state.movables[number] = Moved::flat(pose, twist);
-        }
-        for &number in self.awake.asleep(lane) {
-            let moved = &mut state.movables[number];
-            moved.twist = Twist::zeros();
-            let force = holding(&obstacles.movables()[number], moved, &gravity).unwrap_or_default();
-            warm_start.friction[chain + number] = Heading::of(moved.pose.z).to_link(force.xy());
-            warm_start.spin[chain + number] = 0.0;
-        }
     }
 
     /// Makes so many nodes behind the chain; new ones are absent in all lanes.

@@ -3,12 +3,13 @@
 use nalgebra::{Vector2, Vector3};
 
 use crate::math::{Laned, Mask, Real, read_lane};
+use crate::obstacles::Moved;
 use crate::planar::contact_detection::MARGIN;
-use crate::planar::{Body, Planar, PlanarSystem, StageSolution, WarmStart};
+use crate::planar::{Body, Heading, Planar, PlanarSystem, StageSolution, Twist, WarmStart};
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
-    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord,
+    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord, holding,
 };
 
 use super::Workspace;
@@ -118,6 +119,23 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 }
 
 impl<T: Real> Workspace<T> {
+    /// Where what can be pushed is, and how it moves; what sleeps lies still.
+    fn keep_bodies(&self, system: &PlanarSystem, lane: usize, body: &mut Body) {
+        let (chain, gravity) = (system.robot.link_count(), system.gravity());
+        let Body { state, warm_start, obstacles, .. } = body;
+        for (node, &number) in (chain..).zip(self.awake.of(lane)) {
+            let [pose, twist] = [&self.result.end, &self.result.twist].map(|of_all| of_all[node].lane(lane));
+            state.movables[number] = Moved::flat(pose, twist);
+        }
+        for &number in self.awake.asleep(lane) {
+            let moved = &mut state.movables[number];
+            moved.twist = Twist::zeros();
+            let force = holding(&obstacles.movables()[number], moved, &gravity).unwrap_or_default();
+            warm_start.friction[chain + number] = Heading::of(moved.pose.z).to_link(force.xy());
+            warm_start.spin[chain + number] = 0.0;
+        }
+    }
+
     /// Keeps the friction of the last stage as the next initial guess.
     fn keep_friction(&self, lane: usize, body: &mut Body) {
         let (own, chain) = (body.state.movables.len(), self.motion.arms.len());

@@ -7,7 +7,7 @@ use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, SpatialBody, SpatialFleet, SpatialScripted, SpatialSystem, orientation_of};
-use snake_core::stepping::{ImplicitConfig, RobotState, StepStatistics};
+use snake_core::stepping::{ImplicitConfig, StepStatistics};
 
 use crate::case::pegs;
 use crate::scenarios::neighbours::{FaultyRobot, TestFleet};
