@@ -4,10 +4,11 @@ use std::f64::consts::PI;
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Reference, SoftStart, Wave};
-use snake_core::robot::RobotConfig;
+use snake_core::obstacles::ObstacleGrid;
+use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::SceneConfig;
 use snake_core::simulation::{SchemeConfig, Simulation};
-use snake_core::spatial::{Pose, Spatial, orientation_of};
+use snake_core::spatial::{Pose, Spatial, SpatialScripted, orientation_of};
 use snake_core::stepping::ImplicitConfig;
 
 use crate::planar::{ground, table_7_5};
@@ -47,6 +48,21 @@ pub fn lying<C: SchemeConfig<Spatial>>(
     simulation.place_chain(head, posture);
     simulation.rest_on_ground();
     simulation
+}
+
+/// A robot that follows a gait among obstacles, at rest in its posture: x and y of link 1 and the yaw of its centre line.
+pub fn in_gait(
+    robot: &Robot,
+    obstacles: ObstacleGrid,
+    [x, y, yaw]: [f64; 3],
+    gait: CardanGait,
+) -> SpatialScripted<CardanGait> {
+    let target = |joint| gait.target(joint, 0.0);
+    let posture: Vec<_> = (0..robot.joint_count())
+        .map(|joint| Vector2::new(target(joint).yaw.angle, target(joint).pitch.angle))
+        .collect();
+    let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
+    SpatialScripted::new(robot, obstacles, head, &posture, gait)
 }
 
 pub fn on_course<C: SchemeConfig<Spatial>>(integrator: &C) -> Simulation<Spatial, C::Scheme> {

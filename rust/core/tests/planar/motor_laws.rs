@@ -3,13 +3,14 @@
 use nalgebra::Vector3;
 use snake_core::control::ControllerConfig;
 use snake_core::gait::Wave;
-use snake_core::planar::{Fallback, Newton, Stage, StageSolution, Twist, certify};
+use snake_core::planar::{Fallback, Newton, Planar, Stage, StageSolution, Twist, certify};
 use snake_core::robot::{Motor, RobotConfig};
 use snake_core::rows::MotorRow;
 use snake_core::scene::START_7_5;
 use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
 use snake_core::stepping::ImplicitConfig;
+use snake_test_support::flat::work_of_motors_goes_into_links_rotors_and_friction;
 use snake_test_support::planar::{
     Hold, LIMP, Random, build, ground, implicit, links, posture, random_motor, swinging_pair, table_7_5,
 };
@@ -122,28 +123,9 @@ fn the_damping_of_a_gear_slows_a_joint_exponentially() {
     assert!((report.friction_work + lost).abs() < 1e-5 * start, "{report:?}, {lost:e} of {start:e}");
 }
 
-/// Work of the motors is the energy of links and rotors, and what friction on the ground and in gears took.
 #[test]
 fn work_goes_into_links_rotors_and_friction() {
-    let motor = Motor {
-        stall_torque: 8.0,
-        no_load_speed: 6.0,
-        rotor_inertia: 1e-3,
-        gear_ratio: 2.0,
-        gear_friction: 0.1,
-        ..Motor::default()
-    };
-    let mut defects = Vec::new();
-    for step in [4e-3, 2e-3, 1e-3] {
-        let mut robot =
-            build(&driven(11, motor), &ground([0.2, 0.2]), &ControllerConfig::default(), &implicit(step, 2));
-        let report = robot.advance(1.0, &Wave::default());
-        let stored = robot.kinetic_energy() - report.friction_work;
-        defects.push((report.actuator_work - stored).abs() / report.actuator_work);
-        assert!(report.unconverged == 0 && report.friction_work < 0.0, "{report:?}");
-    }
-    println!("relative defect of the energy balance at 4, 2, 1 ms: {defects:?}");
-    assert!(defects[2] < 0.02 && defects[2] < defects[0]);
+    work_of_motors_goes_into_links_rotors_and_friction::<Planar>(&[4e-3, 2e-3, 1e-3], &[0.0; 10]);
 }
 
 /// Stages with motors and backlash: two methods agree within their duality gaps, the certificate accepts both, and finds

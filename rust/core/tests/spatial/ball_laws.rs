@@ -4,18 +4,21 @@ use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, Gait, Reference, Wave};
 use snake_core::obstacles::{GroundFriction, Heights, Moved, Obstacle, ObstacleGrid, OutOfPlane, Shape};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_FREE, Scene, SceneConfig};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::slope::Slope;
-use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of, twist_of};
+use snake_core::spatial::{Spatial, SpatialSystem, twist_of};
 use snake_core::stepping::ImplicitConfig;
+use snake_test_support::flat::{Still, lying};
 use snake_test_support::planar::{LIMP, Random, ground, links};
-use snake_test_support::spatial::{implicit, sidewinding, undulation};
+use snake_test_support::pushing::{
+    a_run_continues_from_a_snapshot_and_allocates_nothing, boxed, random_motion, require_alike_in_every_company, solved,
+};
+use snake_test_support::spatial::{implicit, in_gait, sidewinding, undulation};
 
-use super::movable_laws::{Still, boxed, lying, solved};
+use super::movable_laws::some_gait;
 
 const GRAVITY: f64 = 9.81;
 
@@ -294,52 +297,18 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_balls() {
             obstacles.extend([[0.1, -0.9, 0.1].into(), boxed([0.2, 0.1], [1.5, 1.2, 0.3], 0.5, 0.2)]);
         }
         let gait = if k % 3 == 1 { sidewinding() } else { undulation() };
-        let target = |joint| gait.target(joint, 0.0);
-        let posture: Vec<_> =
-            (0..10).map(|joint| Vector2::new(target(joint).yaw.angle, target(joint).pitch.angle)).collect();
-        let [x, y, yaw] = START_FREE;
-        let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-        SpatialScripted::<CardanGait>::new(&system.robot, ObstacleGrid::of(&obstacles), head, &posture, gait)
+        in_gait(&system.robot, ObstacleGrid::of(&obstacles), START_FREE, gait)
     };
-    let robots = || -> Vec<_> { (0..11).map(robot).collect() };
-    let run = |robots: &mut [SpatialScripted<CardanGait>], width: usize| -> Vec<SpatialState> {
-        let mut fleet = SpatialFleet::new(ImplicitConfig::default(), &system, width);
-        for _ in 0..40 {
-            fleet.advance(&system, robots, 0.05, |_| true);
-        }
-        robots.iter().map(|robot| robot.body.state.clone()).collect()
-    };
-    let alone: Vec<_> = (0..11).map(|k| run(std::slice::from_mut(&mut robots()[k]), 1).remove(0)).collect();
-    for width in [2, 11] {
-        let together = run(&mut robots(), width);
-        let other: Vec<usize> = (0..11).filter(|&k| together[k] != alone[k]).collect();
-        assert!(other.is_empty(), "robots {other:?} of a fleet made for {width} robots");
-    }
+    require_alike_in_every_company(&system, robot);
 }
 
-/// A run among rolling balls continues bit for bit from a snapshot.
 #[test]
-fn a_run_among_balls_continues_from_a_snapshot() {
-    let obstacles =
-        vec![ball(0.06, [1.0, 0.1, 0.06], 0.3, [0.3, 0.02]), ball(0.04, [0.95, -0.15, 0.04], 0.1, [0.3, 0.02])];
-    let scene = SceneConfig { obstacles, ..ground([0.1, 0.6]) };
-    let gait = undulation();
-    let yaws: Vec<f64> = (0..10).map(|j| gait.target(j, 0.0).yaw.angle).collect();
-    let pd = ControllerConfig::default();
-    let new = || lying(&RobotConfig::default(), &scene, &pd, &implicit(1e-2, 2), (START_FREE, &yaws));
-    let mut simulation = new();
-    simulation.advance(2.0, &gait);
-    let saved = serde_json::to_string(&simulation.snapshot()).unwrap();
-    simulation.advance(2.0, &gait);
-    let mut again = new();
-    again.restore(&serde_json::from_str(&saved).unwrap());
-    again.advance(2.0, &gait);
-    assert_eq!(again.state(), simulation.state());
-    let rolled = again.state().movables.iter().filter(|one| one.out_of_plane.roll != [0.0; 2]).count();
-    assert!(again.state().movables != new().state().movables, "{rolled}");
+fn a_run_among_balls_continues_from_a_snapshot_and_allocates_nothing() {
+    let balls = [ball(0.06, [1.0, 0.1, 0.06], 0.3, [0.3, 0.02]), ball(0.04, [0.95, -0.15, 0.04], 0.1, [0.3, 0.02])];
+    a_run_continues_from_a_snapshot_and_allocates_nothing::<Spatial>(&balls);
 }
 
-/// Another gait every two seconds, to which the joints jump, in a room with walls, a peg, a box and a step.
+/// Balls of any size, a box and a step.
 #[test]
 fn random_motion_among_balls_leaves_no_overlap_and_no_stage_unsolved_unreported() {
     let mut random = Random::new(31);
@@ -351,42 +320,10 @@ fn random_motion_among_balls_leaves_no_overlap_and_no_stage_unsolved_unreported(
                 ball(radius, [x, [0.1, 1.0][k as usize % 2], radius], random.between(0.05, 1.0), frictions)
             })
             .collect();
-        let corners = [[-1.3, -0.9], [1.7, -0.9], [1.7, 1.6], [-1.3, 1.6]];
-        obstacles
-            .extend((0..4).map(|k| Obstacle::endless(Shape::Segment { start: corners[k], end: corners[(k + 1) % 4] })));
         let step = Shape::Box { size: [0.4, 0.3], x: 1.2, y: -0.5, angle: 0.2 };
-        obstacles.extend([[0.08, -0.5, 1.4].into(), boxed([0.15, 0.1], [1.3, 0.5, 0.3], 0.4, 0.2)]);
+        obstacles.push(boxed([0.15, 0.1], [1.3, 0.5, 0.3], 0.4, 0.2));
         obstacles.push(Obstacle { height: Some(0.08), ..Obstacle::endless(step) });
-        let scene = SceneConfig { obstacles, ..ground([0.05, 0.5]) };
-        let robot = RobotConfig { links: 7, ..RobotConfig::default() };
-        let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
-        let mut simulation = lying(&robot, &scene, &pd, &ImplicitConfig::default(), ([-0.4, 0.55, 0.0], &[0.0; 6]));
-        let mut gait = undulation();
-        let (mut deepest, mut worst, mut flagged, mut unsolved) = (0.0_f64, 0.0_f64, 0, 0);
-        let start = simulation.state().movables.clone();
-        for period in 0..300 {
-            if period % 20 == 0 {
-                let mut wave = |amplitude: f64| {
-                    let omega = random.between(1.0, 4.0);
-                    Gait::Wave(Wave { amplitude, omega, gamma: random.between(-0.3, 0.3), ..Wave::default() })
-                };
-                gait = CardanGait { yaw: wave(0.6), pitch: wave(0.15) };
-            }
-            let report = simulation.advance(0.1, &gait);
-            assert!(!report.diverged);
-            unsolved += report.unconverged;
-            worst = worst.max(if report.unconverged == 0 { report.residual } else { 0.0 });
-            flagged += u32::from(report.penetrated);
-            if !report.penetrated {
-                deepest = deepest.max(-simulation.min_gap());
-            }
-        }
-        let moved =
-            start.iter().zip(&simulation.state().movables).filter(|(a, b)| (a.pose - b.pose).norm() > 0.05).count();
-        println!(
-            "{deepest:.1e} m, residual {worst:.1e} m/s, {flagged} periods flagged, {unsolved} stages unsolved, {moved} moved"
-        );
-        assert!(deepest < 1e-3 && worst < 1e-3 && flagged + unsolved < 5 && moved > 1);
+        random_motion::<Spatial>(&mut random, obstacles, (300, 3), some_gait);
     }
 }
 

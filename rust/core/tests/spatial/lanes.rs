@@ -2,13 +2,13 @@
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, Gait, Reference, Wave};
+use snake_core::gait::{CardanGait, Gait, Wave};
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::{Motor, Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of};
 use snake_core::stepping::ImplicitConfig;
-use snake_test_support::spatial::{implicit, sidewinding, undulation};
+use snake_test_support::spatial::{implicit, in_gait, sidewinding, undulation};
 
 type CardanRobot = SpatialScripted<CardanGait>;
 
@@ -27,12 +27,7 @@ fn robots(system: &SpatialSystem, count: usize) -> Vec<CardanRobot> {
     let robot = |k: usize| {
         let pegs: Vec<Peg> = TABLE_7_5.iter().take(k % 8).map(|&peg| peg.into()).collect();
         let gait = if k % 3 == 1 { sidewinding() } else { undulation() };
-        let target = |joint| gait.target(joint, 0.0);
-        let posture: Vec<_> =
-            (0..10).map(|joint| Vector2::new(target(joint).yaw.angle, target(joint).pitch.angle)).collect();
-        let [x, y, yaw] = START_SPATIAL_7_5;
-        let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-        let mut robot = CardanRobot::new(&system.robot, ObstacleGrid::new(&pegs), head, &posture, gait);
+        let mut robot = in_gait(&system.robot, ObstacleGrid::new(&pegs), START_SPATIAL_7_5, gait);
         robot.body.state.pose.iter_mut().for_each(|pose| pose.position.z += 0.002 * (k % 5) as f64);
         robot
     };

@@ -7,8 +7,9 @@ use snake_core::robot::{AxesConfig, Motor, RobotConfig};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::solver::{CoupledStage, SolveStatus};
 use snake_core::spatial::{
-    CoulombNewton, Fallback, Newton, Pose, Stage, StageSolution, certify, orientation_of, turning,
+    CoulombNewton, Fallback, Newton, Pose, Spatial, Stage, StageSolution, certify, orientation_of, turning,
 };
+use snake_test_support::flat::work_of_motors_goes_into_links_rotors_and_friction;
 use snake_test_support::planar::{LIMP, Random, ground, links, random_motor};
 use snake_test_support::spatial::{DEGREE, implicit, undulation};
 use snake_test_support::spatial_stage::stacked;
@@ -88,33 +89,10 @@ fn a_free_hinge_spins_up_along_the_torque_speed_line() {
     }
 }
 
-/// Work of the motors on the ground is the energy of links and rotors, and what friction took.
 #[test]
 fn work_goes_into_links_rotors_and_friction() {
-    let motor = Motor {
-        stall_torque: 8.0,
-        no_load_speed: 6.0,
-        rotor_inertia: 1e-3,
-        gear_ratio: 2.0,
-        gear_friction: 0.1,
-        ..Motor::default()
-    };
-    let (gait, mut defects) = (undulation(), Vec::new());
-    for step in [4e-3, 2e-3] {
-        let config = RobotConfig { motor: Some(motor.into()), ..links(11) };
-        let (scene, pd) = (ground([0.2, 0.2]), ControllerConfig::default());
-        let mut robot = SpatialSimulation::new(&config, &scene, &pd, &implicit(step, 2)).expect("admissible");
-        let posture: Vec<_> = (0..10).map(|j| Vector2::new(gait.target(j, 0.0).yaw.angle, 0.0)).collect();
-        robot.place_chain(Pose { position: Vector3::zeros(), orientation: orientation_of(0.3, 0.0, 0.0) }, &posture);
-        robot.rest_on_ground();
-        let before = robot.energy();
-        let report = robot.advance(1.0, &gait);
-        let stored = robot.energy() - before - report.friction_work;
-        defects.push((report.actuator_work - stored).abs() / report.actuator_work);
-        assert!(report.unconverged == 0 && report.friction_work < 0.0, "{report:?}");
-    }
-    println!("relative defect of the energy balance at 4 and 2 ms: {defects:?}");
-    assert!(defects[1] < 0.02 && defects[1] < defects[0]);
+    let yaws = std::array::from_fn(|joint| undulation().target(joint, 0.0).yaw.angle);
+    work_of_motors_goes_into_links_rotors_and_friction::<Spatial>(&[4e-3, 2e-3], &yaws);
 }
 
 /// A gear that does not turn back holds a raised head up without a drive, at rest; one with little friction does not.

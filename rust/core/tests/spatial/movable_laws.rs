@@ -2,8 +2,8 @@
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, CardanTarget, Gait, Reference, Wave};
-use snake_core::obstacles::{Heights, Moved, Obstacle, ObstacleGrid, Peg, Shape, Spring};
+use snake_core::gait::{CardanGait, Gait, Wave};
+use snake_core::obstacles::{Heights, Moved, Obstacle, ObstacleGrid, Shape};
 use snake_core::planar;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_FREE, Scene, SceneConfig};
@@ -11,76 +11,20 @@ use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::slope::Slope;
 use snake_core::solver::{CoupledStage, SolveStatus};
 use snake_core::spatial::{
-    CoulombNewton, Fallback, Newton, Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, Stage,
-    StageContact, StageLink, StagePair, StageSolution, Twist, Wrench, certify, orientation_of, twist_of,
+    CoulombNewton, Fallback, Newton, Pose, Spatial, SpatialSystem, Stage, StageContact, StageLink, StagePair,
+    StageSolution, Twist, Wrench, certify, orientation_of, twist_of,
 };
-use snake_core::stepping::{ImplicitConfig, StepStatistics};
-use snake_test_support::allocation::REQUESTS;
-use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit as planar_implicit, links};
-use snake_test_support::spatial::{implicit, sidewinding, undulation};
+use snake_core::stepping::ImplicitConfig;
+use snake_test_support::flat::{Still, lying};
+use snake_test_support::planar::{LIMP, Random, build, ground, implicit as planar_implicit, links};
+use snake_test_support::pushing::{
+    GRAVITY, a_row_wakes_in_turn, a_run_continues_from_a_snapshot_and_allocates_nothing, beside, boxed, disc, movable,
+    moved, push_off, random_motion, require_alike_in_every_company, solved, sprung, what_sleeps_changes_nothing,
+    work_is_energy_and_dissipation,
+};
+use snake_test_support::spatial::{implicit, in_gait, sidewinding, undulation};
 
 use super::stage::moving;
-
-const GRAVITY: f64 = 9.81;
-
-fn movable(shape: Shape, mass: f64, ground_friction: f64) -> Obstacle {
-    Obstacle { mass: Some(mass), ground_friction, ..Obstacle::endless(shape) }
-}
-
-fn disc([radius, x, y]: [f64; 3], mass: f64, ground_friction: f64) -> Obstacle {
-    movable(Shape::Circle(Peg { radius, x, y }), mass, ground_friction)
-}
-
-pub fn boxed(size: [f64; 2], [x, y, angle]: [f64; 3], mass: f64, ground_friction: f64) -> Obstacle {
-    movable(Shape::Box { size, x, y, angle }, mass, ground_friction)
-}
-
-fn sprung(place: [f64; 3], mass: f64, stiffness: f64, damping: f64, travel: Option<f64>) -> Obstacle {
-    Obstacle { spring: Some(Spring { stiffness, damping, travel }), ..disc(place, mass, 0.0) }
-}
-
-/// Nothing drives the joints.
-pub struct Still;
-
-impl Reference<CardanTarget> for Still {
-    fn target(&self, _: usize, _: f64) -> CardanTarget {
-        CardanTarget::default()
-    }
-}
-
-pub fn lying(
-    robot: &RobotConfig,
-    scene: &SceneConfig,
-    pd: &ControllerConfig,
-    config: &ImplicitConfig,
-    ([x, y, yaw], yaws): ([f64; 3], &[f64]),
-) -> SpatialSimulation {
-    let mut simulation = SpatialSimulation::new(robot, scene, pd, config).expect("admissible");
-    let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-    simulation.place_chain(head, &yaws.iter().map(|yaw| Vector2::new(*yaw, 0.0)).collect::<Vec<_>>());
-    simulation.rest_on_ground();
-    simulation
-}
-
-/// Obstacles far from a robot at rest.
-fn beside(obstacles: Vec<Obstacle>, step: f64, order: u32) -> SpatialSimulation {
-    let scene = SceneConfig { obstacles, ..ground([0.2, 0.2]) };
-    lying(&links(2), &scene, &ControllerConfig::default(), &implicit(step, order), ([0.0, -5.0, 0.0], &[0.0]))
-}
-
-fn push_off(simulation: &mut SpatialSimulation, twists: &[Vector3<f64>]) {
-    let mut state = simulation.state().clone();
-    state.movables.iter_mut().zip(twists).for_each(|(moved, twist)| moved.twist = *twist);
-    simulation.place(&state);
-}
-
-fn moved(simulation: &SpatialSimulation, body: usize) -> Moved {
-    simulation.state().movables[body]
-}
-
-pub fn solved(report: StepStatistics) {
-    assert!(report.unconverged == 0 && !report.diverged && !report.penetrated && report.relaxed == 0, "{report:?}");
-}
 
 /// v^2 / (2 mu g) and omega^2 I / (2 mu m g lever), and then exact rest.
 #[test]
@@ -88,7 +32,7 @@ fn what_slides_or_spins_freely_stops_after_its_braking_way() {
     let (mass, friction) = (2.0, 0.3);
     for (step, order) in [(2e-3, 1), (1e-2, 2), (2.5e-2, 2)] {
         let obstacles = vec![disc([0.1, 0.0, 0.0], mass, friction), boxed([0.3, 0.2], [0.0, 2.0, 0.4], mass, friction)];
-        let mut simulation = beside(obstacles, step, order);
+        let mut simulation = beside::<Spatial>(obstacles, step, order);
         push_off(&mut simulation, &[Vector3::new(0.42, 0.56, 0.0), Vector3::new(0.0, 0.0, 5.0)]);
         solved(simulation.advance(1.0, &Still));
         let (way, turn) = (moved(&simulation, 0).pose, moved(&simulation, 1).pose.z);
@@ -132,7 +76,8 @@ fn without_links_near_they_move_as_in_the_plane() {
     let spins = [3.0, 0.0, 1.0, 0.0, 0.0, -2.0, 0.0].map(|spin| Vector3::new(-0.3, 0.1, spin));
     let scene = SceneConfig { obstacles, slope: Slope { angle: 0.3, direction: 0.0 }, ..ground([0.9, 0.9]) };
     let start = ([0.0, -6.0, 0.0], &[0.0][..]);
-    let mut spatial = lying(&links(2), &scene, &ControllerConfig::default(), &implicit(1e-3, 2), start);
+    let mut spatial: SpatialSimulation =
+        lying(&links(2), &scene, &ControllerConfig::default(), &implicit(1e-3, 2), start);
     push_off(&mut spatial, &spins);
     let mut plane: PlanarSimulation = build(&links(2), &scene, &ControllerConfig::default(), &planar_implicit(1e-3, 2));
     plane.place_chain(0.0, -6.0, 0.0, &[0.0]);
@@ -142,7 +87,7 @@ fn without_links_near_they_move_as_in_the_plane() {
     let mut farthest: f64 = 0.0;
     for _ in 0..60 {
         solved(spatial.advance(0.02, &Still));
-        solved(plane.advance(0.02, &Hold(0.0)));
+        solved(plane.advance(0.02, &Still));
         for (ours, theirs) in spatial.state().movables.iter().zip(&plane.state().movables) {
             farthest = farthest.max((ours.pose - theirs.pose).amax());
         }
@@ -202,7 +147,7 @@ fn a_robot_that_runs_into_things_shares_its_momentum_and_lies_as_in_the_plane() 
         let (mut least, mut farthest) = (energy, 0.0_f64);
         for _ in 0..250 {
             solved(ours.advance(2e-3, &Still));
-            solved(plane.advance(2e-3, &Hold(0.0)));
+            solved(plane.advance(2e-3, &Still));
             assert!(ours.energy() < least + 1e-6 * energy, "{} after {least}", ours.energy());
             least = least.min(ours.energy());
             assert!(ours.min_gap() > -1e-4, "{}", ours.min_gap());
@@ -245,40 +190,6 @@ fn a_raised_link_pushes_horizontally() {
     assert!(simulation.energy() < energy && simulation.min_gap() > -1e-4);
 }
 
-/// Eleven links under a gait among things: energy is what actuators and friction leave of it, less what impacts take.
-#[test]
-fn work_of_a_robot_among_things_is_energy_and_dissipation() {
-    let obstacles = vec![
-        disc([0.06, 1.0, 0.1], 0.3, 0.3),
-        boxed([0.12, 0.1], [0.9, -0.18, 0.3], 0.3, 0.3),
-        sprung([0.06, 0.4, 0.25], 0.3, 200.0, 2.0, Some(0.04)),
-        disc([0.06, -3.0, 0.0], 0.3, 0.3),
-    ];
-    let scene = SceneConfig { obstacles, ..ground([0.1, 0.6]) };
-    let gait = undulation();
-    for step in [1e-2, 2.5e-3] {
-        let yaws: Vec<f64> = (0..10).map(|j| gait.target(j, 0.0).yaw.angle).collect();
-        let config = implicit(step, 2);
-        let mut simulation =
-            lying(&RobotConfig::default(), &scene, &ControllerConfig::default(), &config, (START_FREE, &yaws));
-        let (first, mut work) = (simulation.energy(), 0.0);
-        for _ in 0..300 {
-            let report = simulation.advance(1e-2, &gait);
-            solved(report);
-            work += report.friction_work + report.actuator_work;
-            assert!(simulation.min_gap() > -1e-3, "{}", simulation.min_gap());
-        }
-        let way: Vec<f64> = simulation.movables().map(|(one, at)| one.deflection(&at.pose.xy()).norm()).collect();
-        let lost = work - (simulation.energy() - first);
-        println!("steps of {step} s: {way:.2?} m, impacts and round-off take {lost:.4} J");
-        assert!(way[..3].iter().any(|way| *way > 0.02) && way[3] == 0.0, "{way:?}");
-        assert!((-1e-3..0.3).contains(&lost), "{lost}");
-        let sum: Vector3<f64> = simulation.contact_impulse().iter().sum();
-        let of_obstacles: Vector3<f64> = simulation.obstacle_impulse().iter().sum();
-        assert!((sum - of_obstacles).norm() < 1e-12);
-    }
-}
-
 /// Things apart from each other.
 fn cluttered(random: &mut Random, count: usize) -> Vec<Obstacle> {
     let mut all: Vec<([f64; 3], Obstacle)> = Vec::new();
@@ -298,75 +209,6 @@ fn cluttered(random: &mut Random, count: usize) -> Vec<Obstacle> {
     all.into_iter().map(|(_, one)| one).collect()
 }
 
-/// A robot that pushes some things moves bit by bit as without others out of reach, however light these are.
-#[test]
-fn what_sleeps_changes_nothing() {
-    let near = vec![disc([0.06, 1.0, 0.1], 0.3, 0.3), boxed([0.12, 0.1], [0.9, -0.18, 0.3], 0.3, 0.3)];
-    let far = |k: u32| match f64::from(k) {
-        y if k.is_multiple_of(3) => disc([0.06, 0.3 * y, 3.0], 0.02, 0.3),
-        y if k % 3 == 1 => boxed([0.2, 0.1], [0.3 * y, 3.0, y], 5.0, 0.0),
-        y => sprung([0.06, 0.3 * y, 3.0], 0.1, 200.0, 2.0, Some(0.04)),
-    };
-    let gait = undulation();
-    let yaws: Vec<f64> = (0..10).map(|j| gait.target(j, 0.0).yaw.angle).collect();
-    let run = |obstacles: Vec<Obstacle>| {
-        let scene = SceneConfig { obstacles, ..ground([0.1, 0.6]) };
-        let pd = ControllerConfig::default();
-        let mut simulation = lying(&RobotConfig::default(), &scene, &pd, &implicit(1e-2, 2), (START_FREE, &yaws));
-        let report = simulation.advance(3.0, &gait);
-        (simulation.state().clone(), report.iterations)
-    };
-    let (alone, solves) = run(near.clone());
-    let (among, same) = run(near.iter().cloned().chain((0..12).map(far)).collect());
-    assert!((0..2).any(|k| alone.movables[k].pose.x > [1.0, 0.9][k] + 0.02), "pushed");
-    assert!((among.pose, among.twist, same) == (alone.pose, alone.twist, solves));
-    assert_eq!(among.movables[..2], alone.movables[..]);
-    for (k, moved) in (0..).zip(&among.movables[2..]) {
-        assert!(moved.pose.x == 0.3 * f64::from(k) && moved.twist == Vector3::zeros(), "{moved:?}");
-    }
-}
-
-/// Places of discs in a row, of which three touch.
-const ROW: [f64; 5] = [0.0, 0.2, 0.4, 0.5, 0.6];
-
-/// On ice each disc of a row shares the momentum of those that run into it, and lies exactly still till then; the same comes
-/// about where none sleeps, since all creep across.
-#[test]
-fn a_row_wakes_in_turn() {
-    let run = |creeping: f64| -> Vec<Vec<Moved>> {
-        let row = ROW.map(|x| disc([0.05, x, 0.0], 1.0, 0.0)).to_vec();
-        let mut simulation = beside(row, 5e-3, 2);
-        let creep = Vector3::new(0.0, creeping, 0.0);
-        push_off(&mut simulation, &[Vector3::new(1.0, creeping, 0.0), creep, creep, creep, creep]);
-        let step = |_| {
-            solved(simulation.advance(5e-3, &Still));
-            assert!(simulation.min_gap() > -1e-4);
-            simulation.state().movables.clone()
-        };
-        (0..300).map(step).collect()
-    };
-    let (sleeping, creeping) = (run(0.0), run(1e-12));
-    for (ours, theirs) in sleeping.iter().flatten().zip(creeping.iter().flatten()) {
-        assert!(
-            (ours.twist - theirs.twist).norm() < 1e-7 && (ours.pose - theirs.pose).norm() < 1e-7,
-            "{ours:?} {theirs:?}"
-        );
-    }
-    let mut met = 1;
-    for bodies in &sleeping {
-        met = met.max(bodies.iter().filter(|one| one.twist.x > 1e-3).count());
-        for (k, one) in bodies.iter().enumerate() {
-            let speed = if k < met { 1.0 / met as f64 } else { 0.0 };
-            assert!((one.twist.x - speed).abs() < 1e-6, "{k} of {met}: {one:?}");
-            assert!(k < met || (one.pose.x - ROW[k]).abs() < 5e-3, "{k} of {met}: {one:?}");
-        }
-    }
-    assert_eq!(met, 5);
-    for bodies in &sleeping[..15] {
-        assert!((1..5).all(|k| (bodies[k].pose.x, bodies[k].twist) == (ROW[k], Vector3::zeros())), "{bodies:?}");
-    }
-}
-
 /// Where friction exceeds its tangent nothing creeps; what slides takes what it runs into along.
 #[test]
 fn a_slope_holds_what_sleeps_and_wakes_what_is_run_into() {
@@ -378,7 +220,8 @@ fn a_slope_holds_what_sleeps_and_wakes_what_is_run_into() {
     ];
     let scene = SceneConfig { obstacles, slope: Slope { angle: 0.3, direction: 0.0 }, ..ground([0.9, 0.9]) };
     let start = ([0.0, -6.0, 0.0], &[0.0][..]);
-    let mut simulation = lying(&links(2), &scene, &ControllerConfig::default(), &implicit(5e-3, 2), start);
+    let mut simulation: SpatialSimulation =
+        lying(&links(2), &scene, &ControllerConfig::default(), &implicit(5e-3, 2), start);
     let acceleration = GRAVITY * (0.3_f64.sin() - slides * 0.3_f64.cos());
     solved(simulation.advance(0.6, &Still));
     let way = 0.8 - moved(&simulation, 1).pose.x;
@@ -414,95 +257,64 @@ fn neighbours_do_not_matter(ground: &SceneConfig) {
             obstacles.push([0.1, -0.9, 0.1].into());
         }
         let gait = if k % 3 == 1 { sidewinding() } else { undulation() };
-        let target = |joint| gait.target(joint, 0.0);
-        let posture: Vec<_> =
-            (0..10).map(|joint| Vector2::new(target(joint).yaw.angle, target(joint).pitch.angle)).collect();
-        let [x, y, yaw] = START_FREE;
-        let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) };
-        SpatialScripted::<CardanGait>::new(&system.robot, ObstacleGrid::of(&obstacles), head, &posture, gait)
+        in_gait(&system.robot, ObstacleGrid::of(&obstacles), START_FREE, gait)
     };
-    let robots = || -> Vec<_> { (0..11).map(robot).collect() };
-    let run = |robots: &mut [SpatialScripted<CardanGait>], width: usize| -> Vec<SpatialState> {
-        let mut fleet = SpatialFleet::new(ImplicitConfig::default(), &system, width);
-        for _ in 0..60 {
-            fleet.advance(&system, robots, 0.05, |_| true);
-        }
-        robots.iter().map(|robot| robot.body.state.clone()).collect()
-    };
-    let alone: Vec<_> = (0..11).map(|k| run(std::slice::from_mut(&mut robots()[k]), 1).remove(0)).collect();
-    let pushing =
-        robots().iter().zip(&alone).filter(|(robot, state)| robot.body.state.movables != state.movables).count();
-    assert!(pushing > 3, "{pushing} robots push something");
-    for width in [2, 11] {
-        let together = run(&mut robots(), width);
-        let other: Vec<usize> = (0..11).filter(|&k| together[k] != alone[k]).collect();
-        assert!(other.is_empty(), "robots {other:?} of a fleet made for {width} robots");
+    require_alike_in_every_company(&system, robot);
+}
+
+#[test]
+fn work_of_a_robot_among_things_is_energy_and_dissipation() {
+    let obstacles = [
+        disc([0.06, 1.0, 0.1], 0.3, 0.3),
+        boxed([0.12, 0.1], [0.9, -0.18, 0.3], 0.3, 0.3),
+        sprung([0.06, 0.4, 0.25], 0.3, 200.0, 2.0, Some(0.04)),
+        disc([0.06, -3.0, 0.0], 0.3, 0.3),
+    ];
+    for step in [1e-2, 2.5e-3] {
+        let ways = work_is_energy_and_dissipation::<Spatial>(&obstacles, step, 300);
+        assert!(ways.iter().any(|way| way.xy().norm() > 0.02), "{ways:?}");
     }
 }
 
-/// A snapshot in the middle of pushing continues bit for bit; nothing allocates in a step.
+#[test]
+fn what_sleeps_among_things_changes_nothing() {
+    let near = [disc([0.06, 1.0, 0.1], 0.3, 0.3), boxed([0.12, 0.1], [0.9, -0.18, 0.3], 0.3, 0.3)];
+    let far = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11].map(|k| match f64::from(k) {
+        y if k % 3 == 0 => disc([0.06, 0.3 * y, 3.0], 0.02, 0.3),
+        y if k % 3 == 1 => boxed([0.2, 0.1], [0.3 * y, 3.0, y], 5.0, 0.0),
+        y => sprung([0.06, 0.3 * y, 3.0], 0.1, 200.0, 2.0, Some(0.04)),
+    });
+    what_sleeps_changes_nothing::<Spatial>(&near, &far);
+}
+
+#[test]
+fn a_row_of_discs_wakes_in_turn() {
+    a_row_wakes_in_turn::<Spatial>();
+}
+
 #[test]
 fn a_run_among_things_continues_from_a_snapshot_and_allocates_nothing() {
     let yields = sprung([0.06, 0.9, -0.15], 0.3, 100.0, 2.0, Some(0.02));
-    let obstacles = vec![boxed([0.12, 0.1], [1.0, 0.1, 0.2], 0.3, 0.3), yields];
-    let scene = SceneConfig { obstacles, ..ground([0.1, 0.6]) };
-    let gait = undulation();
-    let yaws: Vec<f64> = (0..10).map(|j| gait.target(j, 0.0).yaw.angle).collect();
-    let pd = ControllerConfig::default();
-    let new = || lying(&RobotConfig::default(), &scene, &pd, &implicit(1e-2, 2), (START_FREE, &yaws));
-    let mut simulation = new();
-    simulation.advance(2.0, &gait);
-    let saved = serde_json::to_string(&simulation.snapshot()).unwrap();
-    let before = REQUESTS.get();
-    simulation.advance(2.0, &gait);
-    assert_eq!(REQUESTS.get() - before, 0);
-    let mut again = new();
-    again.restore(&serde_json::from_str(&saved).unwrap());
-    again.advance(2.0, &gait);
-    assert_eq!(again.state(), simulation.state());
-    assert_ne!(again.state().movables, new().state().movables);
+    let crate_ = boxed([0.12, 0.1], [1.0, 0.1, 0.2], 0.3, 0.3);
+    a_run_continues_from_a_snapshot_and_allocates_nothing::<Spatial>(&[crate_, yields]);
 }
 
-/// Another gait every two seconds, to which the joints jump, in a room with walls, pegs and things that move.
 #[test]
-fn random_motion_in_clutter_leaves_no_overlap_and_no_stage_unsolved_unreported() {
+fn random_motion_among_things_leaves_no_overlap_and_no_stage_unsolved_unreported() {
     let mut random = Random::new(20);
     for _ in 0..3 {
-        let mut obstacles = cluttered(&mut random, 6);
-        obstacles.extend([[0.08, -0.5, 1.4].into(), [0.1, 0.6, -0.5].into()]);
-        let corners = [[-1.3, -0.9], [1.7, -0.9], [1.7, 1.6], [-1.3, 1.6]];
-        obstacles
-            .extend((0..4).map(|k| Obstacle::endless(Shape::Segment { start: corners[k], end: corners[(k + 1) % 4] })));
-        let scene = SceneConfig { obstacles, ..ground([0.05, 0.5]) };
-        let robot = RobotConfig { links: 7, ..RobotConfig::default() };
-        let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
-        let mut simulation = lying(&robot, &scene, &pd, &ImplicitConfig::default(), ([-0.4, 0.6, 0.0], &[0.0; 6]));
-        let mut gait = undulation();
-        let (mut deepest, mut worst, mut flagged, mut pushing, mut unsolved) = (0.0_f64, 0.0_f64, 0, 0, 0);
-        for period in 0..300 {
-            if period % 20 == 0 {
-                let mut wave = |amplitude: f64| {
-                    let omega = random.between(1.0, 4.0);
-                    Gait::Wave(Wave { amplitude, omega, gamma: random.between(-0.3, 0.3), ..Wave::default() })
-                };
-                gait = CardanGait { yaw: wave(0.6), pitch: wave(0.15) };
-            }
-            let report = simulation.advance(0.1, &gait);
-            pushing += u32::from(simulation.obstacle_impulse()[6..].iter().any(|impulse| impulse.norm() > 0.0));
-            unsolved += report.unconverged;
-            assert!(!report.diverged);
-            worst = worst.max(if report.unconverged == 0 { report.residual } else { 0.0 });
-            flagged += u32::from(report.penetrated);
-            if period > 20 && !report.penetrated {
-                deepest = deepest.max(-simulation.min_gap());
-            }
-        }
-        println!(
-            "{deepest:.1e} m, residual {worst:.1e} m/s, {flagged} periods flagged, {unsolved} stages unsolved, {pushing} \
-             periods with a push"
-        );
-        assert!(deepest < 1e-3 && worst < 1e-3 && flagged + unsolved < 5 && pushing > 5);
+        let obstacles = cluttered(&mut random, 6);
+        random_motion::<Spatial>(&mut random, obstacles, (300, 5), some_gait);
     }
+}
+
+/// One that lifts links, too.
+pub fn some_gait(random: &mut Random) -> CardanGait {
+    let mut wave = |amplitude: f64| {
+        let omega = random.between(1.0, 4.0);
+        Gait::Wave(Wave { amplitude, omega, gamma: random.between(-0.3, 0.3), ..Wave::default() })
+    };
+    CardanGait { yaw: wave(0.6), pitch: wave(0.15) }
 }
 
 #[test]

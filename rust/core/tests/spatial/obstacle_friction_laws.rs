@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, CardanTarget, Gait, JointTarget, Reference, Wave};
+use snake_core::gait::{CardanGait, CardanTarget, Gait, Reference, Wave};
 use snake_core::obstacles::{Obstacle, ObstacleGrid, Shape};
 use snake_core::planar::Twist;
 use snake_core::robot::{Robot, RobotConfig};
@@ -14,25 +14,11 @@ use snake_core::slope::Slope;
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialSystem, orientation_of, twist_of};
 use snake_core::stepping::ImplicitConfig;
 use snake_test_support::allocation::REQUESTS;
+use snake_test_support::flat::Still;
 use snake_test_support::planar::{LIMP, ground, table_7_5};
 use snake_test_support::spatial::{implicit, undulation};
 
 const RADIUS: f64 = 0.0525;
-
-/// A straight robot for ever.
-struct Straight;
-
-impl Reference<CardanTarget> for Straight {
-    fn target(&self, _: usize, _: f64) -> CardanTarget {
-        CardanTarget::default()
-    }
-}
-
-impl Reference<JointTarget> for Straight {
-    fn target(&self, _: usize, _: f64) -> JointTarget {
-        JointTarget::default()
-    }
-}
 
 fn rough(shape: Shape, friction: f64) -> Obstacle {
     Obstacle { friction, ..Obstacle::endless(shape) }
@@ -65,9 +51,9 @@ fn a_robot_slides_along_a_rough_wall_as_in_the_plane() {
             PlanarSimulation::new(&RobotConfig::default(), &scene, &pd, &ImplicitConfig::default()).unwrap();
         plane.place_chain(0.0, RADIUS, 0.0, &[0.0; 10]);
         for _ in 0..25 {
-            let report = space.advance(0.02, &Straight);
+            let report = space.advance(0.02, &Still);
             assert!(!report.diverged && report.unconverged == 0 && report.fallbacks == 0, "{report:?}");
-            plane.advance(0.02, &Straight);
+            plane.advance(0.02, &Still);
         }
         let push: Vector3<f64> = space.contact_impulse().iter().sum();
         assert!((push.x - friction * push.y).abs() < 1e-4 * push.y && push.y > 0.0, "{push:?}");
@@ -101,8 +87,8 @@ fn a_robot_thrown_at_a_rough_wall_turns_as_in_the_plane() {
     state.twist.fill(Twist::new(thrown[0], thrown[1], 0.0));
     plane.place(&state);
     for _ in 0..200 {
-        space.advance(step, &Straight);
-        plane.advance(step, &Straight);
+        space.advance(step, &Still);
+        plane.advance(step, &Still);
     }
     let turned = plane.state().pose[0].z - 0.6;
     let poses = plane.state().pose.iter().zip(&space.state().pose);
@@ -115,9 +101,9 @@ fn a_robot_thrown_at_a_rough_wall_turns_as_in_the_plane() {
 fn a_robot_at_a_wall_rougher_than_the_slope_stays() {
     // Downhill is at the angle 0.6 from the wall's normal turned by a right angle: tan(pi/2 - 0.6) = 1.46.
     let mut simulation = lying(&ledge(1.6), 0.01);
-    simulation.advance(0.5, &Straight);
+    simulation.advance(0.5, &Still);
     let before = simulation.state().clone();
-    let report = simulation.advance(3.0, &Straight);
+    let report = simulation.advance(3.0, &Still);
     assert_eq!(report.unconverged, 0);
     let moved = (simulation.state().pose[5].position - before.pose[5].position).norm();
     assert!(moved < 1e-6, "crept {moved} m");
@@ -140,7 +126,7 @@ fn rough_edges_hold_a_robot_on_a_slope() {
         simulation.place_chain(head, &[Vector2::zeros(); 4]);
         simulation.rest_on_ground();
         assert!((simulation.state().pose[0].position.z - 0.1 - RADIUS).abs() < 1e-9);
-        let report = simulation.advance(0.3, &Straight);
+        let report = simulation.advance(0.3, &Still);
         assert!(!report.diverged && report.unconverged == 0, "{report:?}");
         (simulation.state().pose[2].position.y, simulation.min_gap())
     };

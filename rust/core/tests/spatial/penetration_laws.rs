@@ -1,21 +1,13 @@
 //! No link of the 3D model passes through an obstacle within a step.
 
 use nalgebra::{Vector2, Vector3};
-use snake_core::gait::{CardanTarget, Reference};
 use snake_core::robot::{PerLink, RobotConfig};
 use snake_core::scene::{Peg, SceneConfig};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, orientation_of, twist_of};
+use snake_test_support::flat::Still;
 use snake_test_support::planar::{LIMP, ground};
 use snake_test_support::spatial::implicit;
-
-struct Straight;
-
-impl Reference<CardanTarget> for Straight {
-    fn target(&self, _: usize, _: f64) -> CardanTarget {
-        CardanTarget::default()
-    }
-}
 
 /// Three slender links in the air, of which the middle one turns about its CG and takes the others along. Its end comes by a
 /// thin peg and is beyond it one step later, while its CG rests.
@@ -45,7 +37,7 @@ fn a_slender_link_that_turns_does_not_pass_through_a_peg() {
             simulation.place(&state);
             let mut was_pushed = false;
             for _ in 0..25 {
-                simulation.advance(0.01, &Straight);
+                simulation.advance(0.01, &Still);
                 was_pushed |= simulation.contact_impulse().iter().any(|impulse| impulse.norm() > 0.0);
                 let link = &simulation.state().pose[1];
                 let (axis, offset) = (link.axis().xy(), Vector2::new(peg.x, peg.y) - link.position.xy());
