@@ -304,6 +304,32 @@ def test_a_box_is_pushed_and_turned_and_taken_away(playground):
     assert len(numbers(page, "boxes()")) == 0
 
 
+def test_a_ball_in_3d_is_carried_taken_away_and_pushed(playground):
+    page = playground("model=spatial&task=free&driver=gait&paused")
+    page.locator("#tool").select_option("ball")
+    x, y = numbers(page, "links()").reshape(-1, 7)[5, :2]
+    double_click(page, x + 0.3, y)
+    page.evaluate(f"playground.robot.move_peg(0, {x - 0.3}, {y})")
+    steps(page, 1)
+    np.testing.assert_allclose(numbers(page, "pegs()")[1:], [x - 0.3, y])
+    double_click(page, x - 0.3, y, 0.05)
+    assert len(numbers(page, "balls()")) == 0
+    double_click(page, x + 0.3, y)
+    radius, *start = numbers(page, "pegs()")
+    np.testing.assert_array_equal(numbers(page, "balls()"), [0.0, radius])
+    drag(page, (x, y, 0.05), (x + 0.8, y, 0.05))
+    steps(page, 40)
+    page.mouse.up()
+    _, *end = numbers(page, "pegs()")
+    assert np.linalg.norm(np.subtract(end, start)) > 0.05
+    number, height = numbers(page, "balls()")
+    assert (number, height) == (0.0, pytest.approx(radius, abs=1e-4))
+    # Its picture is a sphere where it is.
+    shown = np.array(page.evaluate("Array.from(playground.view.balls.instanceMatrix.array.slice(0, 15))"))
+    np.testing.assert_allclose(shown[[0, 5, 10]], radius)
+    np.testing.assert_allclose(shown[12:], [*end, height], atol=1e-6)
+
+
 def test_discs_are_pushed_and_stay_where_they_were_pushed_when_another_is_dragged(playground):
     page = playground("task=clutter&paused")
     assert len(numbers(page, "springs()")) == 0

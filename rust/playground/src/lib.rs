@@ -118,7 +118,7 @@ impl Playground {
         self.play.joint_torque()
     }
 
-    /// Radius, x and y of each peg, or of the circle around a box, where it is \[m\].
+    /// Radius, x and y of each peg, of each ball, or of the circle around a box, where it is \[m\].
     pub fn pegs(&self) -> Vec<f64> {
         self.play.pegs().iter().flat_map(|peg| [peg.radius, peg.x, peg.y]).collect()
     }
@@ -133,12 +133,18 @@ impl Playground {
         self.play.boxes().iter().flat_map(|(peg, size, angle)| [*peg as f64, size[0], size[1], *angle]).collect()
     }
 
+    /// Of each ball its number among the pegs, and the height of its centre \[m\].
+    pub fn balls(&self) -> Vec<f64> {
+        self.play.balls().iter().flat_map(|(peg, height)| [*peg as f64, *height]).collect()
+    }
+
     /// Moves a peg towards a point \[m\]; it stops where it would touch the robot, or something that moves.
     pub fn move_peg(&mut self, peg: usize, x: f64, y: f64) {
         self.play.move_peg(peg, x, y);
     }
 
-    /// Adds a peg, `fixed`, on a `spring` or `loose`, or a `box` that can be pushed, or returns false where the robot is in its place.
+    /// Adds a peg, `fixed`, on a `spring` or `loose`, or a `box` or a `ball` that can be pushed, or returns false where the robot is in
+    /// its place.
     ///
     /// # Errors
     /// There is no such kind.

@@ -9,7 +9,7 @@ use snake_core::ConfigError;
 use snake_core::environment::action::ActionEntry;
 use snake_core::environment::signal::{SignalInfo, signals_of};
 use snake_core::environment::{EnvConfig, Environment, ModelKind, Outcome};
-use snake_core::obstacles::{Moved, Obstacle, ObstacleGrid, Peg, Shape, Spring};
+use snake_core::obstacles::{Moved, Obstacle, ObstacleGrid, OutOfPlane, Peg, ROLLING_FRICTION, Shape, Spring};
 use snake_core::robot::Robot;
 
 use crate::policy::Policy;
@@ -39,6 +39,7 @@ pub trait Play {
     fn pegs(&self) -> Vec<Peg>;
     fn springs(&self) -> Vec<(usize, Peg)>;
     fn boxes(&self) -> Vec<(usize, [f64; 2], f64)>;
+    fn balls(&self) -> Vec<(usize, f64)>;
     fn goal(&self) -> [f64; 3];
     fn observation(&self) -> &[f32];
     fn action(&self) -> &[f64];
@@ -60,9 +61,11 @@ pub enum Kind {
     Loose,
     /// The same with a square outline.
     Box,
+    /// Rolls; the spatial model only.
+    Ball,
 }
 
-/// A disc or a box, and its motion if it can move.
+/// A disc, a box or a ball, and its motion if it can move.
 #[derive(Debug, Clone)]
 struct Placed {
     obstacle: Obstacle,
@@ -70,11 +73,12 @@ struct Placed {
 }
 
 impl Placed {
-    /// The disc, or the circle around the box, when nothing has moved it.
+    /// The disc, or the circle around the box or the ball, when nothing has moved it.
     fn home(&self) -> Peg {
         match self.obstacle.shape {
             Shape::Circle(peg) => peg,
             Shape::Box { size: [length, width], x, y, .. } => Peg { radius: 0.5 * length.hypot(width), x, y },
+            Shape::Sphere { radius, centre: [x, y, _], .. } => Peg { radius, x, y },
             // The page has no tasks with others.
             _ => Peg { radius: 0.0, x: f64::NAN, y: f64::NAN },
         }
@@ -94,12 +98,24 @@ impl Placed {
 
     /// Carries it to another place, where it is at rest.
     fn carry(&mut self, peg: Peg) {
-        self.obstacle.shape = match self.edges() {
-            None => Shape::Circle(peg),
-            Some((size, angle)) => Shape::Box { size, x: peg.x, y: peg.y, angle },
+        self.obstacle.shape = match (&self.obstacle.shape, self.edges()) {
+            (Shape::Sphere { .. }, _) => ball(peg),
+            (_, None) => Shape::Circle(peg),
+            (_, Some((size, angle))) => Shape::Box { size, x: peg.x, y: peg.y, angle },
         };
-        self.moved = self.moved.map(|_| Moved::flat(Vector3::new(peg.x, peg.y, 0.0), Vector3::zeros()));
+        self.moved = self.moved.map(|_| at_rest(&self.obstacle, peg));
     }
+}
+
+/// On the ground.
+fn ball(Peg { radius, x, y }: Peg) -> Shape {
+    Shape::Sphere { radius, centre: [x, y, radius], rolling_friction: ROLLING_FRICTION }
+}
+
+fn at_rest(obstacle: &Obstacle, peg: Peg) -> Moved {
+    let height = if let Shape::Sphere { centre: [_, _, z], .. } = obstacle.shape { z } else { 0.0 };
+    let out_of_plane = OutOfPlane { height, ..OutOfPlane::default() };
+    Moved { out_of_plane, ..Moved::flat(Vector3::new(peg.x, peg.y, 0.0), Vector3::zeros()) }
 }
 
 /// An environment and its driver.
@@ -299,7 +315,7 @@ impl<M: Shown> Play for Session<M> {
 
     fn add_peg(&mut self, kind: Kind, peg: Peg) -> bool {
         let (moves, number) = (kind != Kind::Fixed, self.pegs.len());
-        if moves && M::KIND != ModelKind::Planar {
+        if moves && (M::KIND == ModelKind::Planar) == (kind == Kind::Ball) {
             return false;
         }
         let Some(peg) = self.beside(peg, moves, number) else { return false };
@@ -314,9 +330,10 @@ impl<M: Shown> Play for Session<M> {
                 let size = [SQRT_2 * peg.radius; 2];
                 obstacle.shape = Shape::Box { size, x: peg.x, y: peg.y, angle: 0.0 };
             }
+            Kind::Ball => obstacle.shape = ball(peg),
         }
-        let at_rest = Moved::flat(Vector3::new(peg.x, peg.y, 0.0), Vector3::zeros());
-        self.pegs.push(Placed { obstacle, moved: moves.then_some(at_rest) });
+        let moved = moves.then(|| at_rest(&obstacle, peg));
+        self.pegs.push(Placed { obstacle, moved });
         self.place_pegs();
         true
     }
@@ -381,6 +398,12 @@ impl<M: Shown> Play for Session<M> {
     fn boxes(&self) -> Vec<(usize, [f64; 2], f64)> {
         let edges = |(number, peg): (usize, &Placed)| peg.edges().map(|(size, angle)| (number, size, angle));
         self.pegs.iter().enumerate().filter_map(edges).collect()
+    }
+
+    fn balls(&self) -> Vec<(usize, f64)> {
+        let is_ball = |peg: &Placed| matches!(peg.obstacle.shape, Shape::Sphere { .. });
+        let balls = self.pegs.iter().enumerate().filter(|(_, peg)| is_ball(peg));
+        balls.filter_map(|(number, peg)| Some((number, peg.moved?.out_of_plane.height))).collect()
     }
 
     fn goal(&self) -> [f64; 3] {

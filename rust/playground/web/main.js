@@ -12,7 +12,7 @@ const POLICIES = {
   spatial: {spatial: ["free"], "spatial-field": ["field"]},
 };
 // What a double click adds: pegs of the session by their kind, or a patch by its factor of friction.
-const TOOLS = {fixed: "a peg", spring: "a peg that yields", loose: "a disc to push", box: "a box to push", 0.1: "a patch of ice", "4.0": "a patch of rug"};
+const TOOLS = {fixed: "a peg", spring: "a peg that yields", loose: "a disc to push", box: "a box to push", ball: "a ball to push", 0.1: "a patch of ice", "4.0": "a patch of rug"};
 const PATCH = 0.3; // half a side [m]
 const DEGREE = Math.PI / 180;
 const PEG_RADIUS = 0.05; // of pegs that are added [m]
@@ -119,7 +119,7 @@ function restart() {
 }
 
 function showPegs() {
-  view.setPegs(robot.pegs(), robot.springs(), robot.boxes());
+  view.setPegs(robot.pegs(), robot.springs(), robot.boxes(), robot.balls());
 }
 
 function shown() {
@@ -203,9 +203,9 @@ function listDrivers() {
   $("driver").value = names.includes(kept) ? kept : names[1] ?? "gait";
 }
 
-// Discs and boxes move in the plane alone.
+// Discs and boxes move in the plane alone, balls in space.
 function listTools() {
-  const kept = $("tool").value, names = Object.keys(TOOLS).filter((name) => $("model").value === "planar" || name === "fixed" || name > 0);
+  const kept = $("tool").value, names = Object.keys(TOOLS).filter((name) => ($("model").value === "planar" ? name !== "ball" : ["fixed", "ball"].includes(name)) || name > 0);
   $("tool").replaceChildren(...names.map((name) => new Option(TOOLS[name], name)));
   $("tool").value = names.includes(kept) ? kept : "fixed";
 }

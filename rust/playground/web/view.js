@@ -128,26 +128,28 @@ export class View {
   }
 
   // Radius, x and y of each peg; of those on springs number, x and y of the place where the spring holds it; of those that
-  // are boxes number, sides and angle.
-  setPegs(pegs, springs, boxes) {
+  // are boxes number, sides and angle; of those that are balls number and height.
+  setPegs(pegs, springs, boxes, balls) {
     const count = pegs.length / 3, room = Math.max(64, 2 ** Math.ceil(Math.log2(count + 1)));
     if (!this.discs || this.discs.instanceMatrix.count < count) {
       this.remove(this.discs);
       this.remove(this.boxes);
+      this.remove(this.balls);
       this.discs = this.instances(new THREE.CylinderGeometry(1, 1, 1, 40).rotateX(Math.PI / 2), PEG, room);
       this.boxes = this.instances(new THREE.BoxGeometry(1, 1, 1), PEG, room);
+      this.balls = this.instances(new THREE.SphereGeometry(1, 32, 16), PEG, room);
     }
-    const matrix = new THREE.Matrix4(), edges = new Map();
+    const matrix = new THREE.Matrix4(), edges = new Map(), heights = new Map();
     for (let k = 0; k < boxes.length; k += 4) edges.set(boxes[k], boxes.slice(k + 1, k + 4));
-    this.discs.numbers = [];
-    this.boxes.numbers = [];
+    for (let k = 0; k < balls.length; k += 2) heights.set(balls[k], balls[k + 1]);
+    for (const mesh of [this.discs, this.boxes, this.balls]) mesh.numbers = [];
     for (let k = 0; k < count; k++) {
       const [radius, x, y] = pegs.slice(3 * k, 3 * k + 3), [length, width, angle] = edges.get(k) ?? [radius, radius, 0];
-      const mesh = edges.has(k) ? this.boxes : this.discs;
-      matrix.makeRotationZ(angle).scale(new THREE.Vector3(length, width, PEG_HEIGHT)).setPosition(x, y, PEG_HEIGHT / 2);
+      const mesh = heights.has(k) ? this.balls : edges.has(k) ? this.boxes : this.discs, tall = heights.has(k) ? radius : PEG_HEIGHT;
+      matrix.makeRotationZ(angle).scale(new THREE.Vector3(length, width, tall)).setPosition(x, y, heights.get(k) ?? PEG_HEIGHT / 2);
       mesh.setMatrixAt(mesh.numbers.push(k) - 1, matrix);
     }
-    for (const mesh of [this.discs, this.boxes]) {
+    for (const mesh of [this.discs, this.boxes, this.balls]) {
       mesh.count = mesh.numbers.length;
       mesh.instanceMatrix.needsUpdate = true;
       mesh.computeBoundingSphere();
@@ -301,7 +303,7 @@ export class View {
   // What lies under the pointer: {kind: "peg" or "link", index, point}, or null.
   pick(event) {
     const ray = this.ray(event);
-    const [hit] = ray.intersectObjects([this.links, this.discs, this.boxes].filter(Boolean), false);
+    const [hit] = ray.intersectObjects([this.links, this.discs, this.boxes, this.balls].filter(Boolean), false);
     if (!hit) return null;
     const {object, instanceId, point} = hit;
     return object === this.links ? {kind: "link", index: instanceId, point} : {kind: "peg", index: object.numbers[instanceId], point};
