@@ -9,6 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from snake_env import _checks, mjcf
 from snake_env._native import courses, defaults
 from snake_env.config import scene_file
@@ -17,7 +19,7 @@ from snake_env.config.gait import Gait
 from snake_env.config.robot import Robot
 from snake_env.config.section import PYTHON_ONLY, Section, core_defaults, frozen
 from snake_env.errors import ConfigError
-from snake_env.obstacles import Obstacle, from_plain, moved, placed
+from snake_env.obstacles import Obstacle, from_plain, is_movable, moved, placed
 
 if TYPE_CHECKING:
     from snake_env.config.start import Start
@@ -198,9 +200,21 @@ class Scene(Section):
 
         Centres of spheres are put to the heights in (k,) [m], if given. ``obstacle_position``, ``obstacle_angle`` and
         ``obstacle_height`` of a state or of a sample of a run are these numbers.
+
+        Raises:
+            ConfigError: names the argument that has not one entry for each of the k.
         """
-        there = placed(self.obstacles, position, angle, height)
-        return dataclasses.replace(self, obstacles=there) if len(position) else self
+        if len(position) == 0:
+            return self
+        count = sum(map(is_movable, self.obstacles))
+        for name, value, shape in (
+            ("position", position, (count, 2)),
+            ("angle", angle, (count,)),
+            ("height", height, (count,)),
+        ):
+            if value is not None and np.shape(value) != shape:
+                raise ConfigError(name, f"an array {np.shape(value)}", f"{shape}, one for each that can be pushed")
+        return dataclasses.replace(self, obstacles=placed(self.obstacles, position, angle, height))
 
     def _index(self, j: int) -> int:
         return _checks.integer("obstacle", j, 1, len(self.obstacles)) - 1

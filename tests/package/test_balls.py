@@ -48,6 +48,9 @@ def test_scenes_with_balls_survive_files_and_know_where_they_are(tmp_path):
     assert there[1] == replace(BALL, x=1.0, y=2.0, z=0.1)
     assert there[3] == replace(DROPPED, x=5.0, y=6.0, z=0.2)
     assert YARD.with_obstacles_at(places).obstacles[3].z == DROPPED.z
+    for name, wrong in (("position", (places[:2],)), ("angle", (places, [0.0])), ("height", (places, None, [0.1] * 4))):
+        with pytest.raises(ConfigError, match=name):
+            YARD.with_obstacles_at(*wrong)
     assert YARD.moved(2, 0.5, -0.5).obstacles[1] == replace(BALL, x=BALL.x + 0.5, y=BALL.y - 0.5)
 
 
