@@ -88,6 +88,21 @@ def check_arrays(trajectory: snake_env.Trajectory, **shapes: tuple[int, ...]) ->
         assert array.flags.c_contiguous, name
 
 
+def check_continues(env: snake_env.SnakeEnv, quantity: str) -> None:
+    """A saved state brings back a quantity of the state, and from it all observations of 20 steps, which are dicts."""
+
+    def steps() -> list[dict[str, np.ndarray]]:
+        return [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
+
+    saved, before, after = env.get_state(), getattr(env.state(), quantity), steps()
+    env.reset(seed=1)
+    env.set_state(saved)
+    np.testing.assert_array_equal(getattr(env.state(), quantity), before)
+    for one, other in zip(after, steps(), strict=True):
+        for name, block in one.items():
+            np.testing.assert_array_equal(block, other[name])
+
+
 def run_python(code: str, *, timeout: float = 60, **variables: str) -> str:
     """What a fresh interpreter prints; fails when the interpreter does."""
     result = subprocess.run(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import check_arrays
+from conftest import check_arrays, check_continues
 
 import snake_env
 from snake_env import ConfigError, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, load_trajectory
@@ -121,15 +121,7 @@ def test_environments_have_balls_in_state_observation_pictures_and_saved_states(
         assert np.linalg.norm(state.obstacle_position[0] - [BALL.x, BALL.y]) > 0.02
         assert DROPPED.radius < state.obstacle_height[2] < 2.0
         assert (env.render() != picture).any()
-        saved = env.get_state()
-        after = [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
-        env.reset(seed=1)
-        env.set_state(saved)
-        np.testing.assert_array_equal(env.state().obstacle_height, state.obstacle_height)
-        again = [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
-        for one, other in zip(after, again, strict=True):
-            for name, block in one.items():
-                np.testing.assert_array_equal(block, other[name])
+        check_continues(env, "obstacle_height")
     # A ball as high as the sensor is seen like a peg of its radius.
     with closing(SnakeEnv(scene=Scene(obstacles=[(BALL.radius, BALL.x, BALL.y)]), **options)) as env:
         peg, _ = env.reset(seed=0)

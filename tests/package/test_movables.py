@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import check_arrays
+from conftest import check_arrays, check_continues
 
 import snake_env
 from snake_env import ConfigError, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, load_trajectory
@@ -298,15 +298,7 @@ def test_environments_have_boxes_in_state_observation_and_saved_states():
             env.step(np.zeros(env.action_space.shape))
         state = env.state()
         assert abs(state.obstacle_angle[0]) > 0.02
-        saved = env.get_state()
-        after = [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
-        env.reset(seed=1)
-        env.set_state(saved)
-        np.testing.assert_array_equal(env.state().obstacle_angle, state.obstacle_angle)
-        again = [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
-        for one, other in zip(after, again, strict=True):
-            for name, block in one.items():
-                np.testing.assert_array_equal(block, other[name])
+        check_continues(env, "obstacle_angle")
     # At the start it is seen like a fixed one; later like a fixed one that has been put where it is.
     fixed = Scene(obstacles=[BOXES.obstacles[0], replace(CRATE, mass=None, ground_friction=None)], friction=(0.1, 0.6))
     options = {"start": AHEAD, "start_jitter": 0.0, "observation": "dict", "observation_blocks": blocks}
@@ -430,15 +422,7 @@ def test_environments_in_3d_have_what_is_pushed_in_state_observation_pictures_an
         assert np.linalg.norm(state.obstacle_position[0] - [CRATE.x, CRATE.y]) > 0.02
         assert abs(state.obstacle_angle[0]) > 0.01
         assert (env.render() != picture).any()
-        saved = env.get_state()
-        after = [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
-        env.reset(seed=1)
-        env.set_state(saved)
-        np.testing.assert_array_equal(env.state().obstacle_position, state.obstacle_position)
-        again = [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
-        for one, other in zip(after, again, strict=True):
-            for name, block in one.items():
-                np.testing.assert_array_equal(block, other[name])
+        check_continues(env, "obstacle_position")
     fixed = Scene(obstacles=[BOXES.obstacles[0], replace(CRATE, mass=None, ground_friction=None)], friction=(0.1, 0.6))
     with closing(SnakeEnv(scene=fixed, **options)) as env:
         seen, _ = env.reset(seed=0)

@@ -25,7 +25,7 @@ pub use config::{Heights, Obstacle, Peg, ROLLING_FRICTION, SavedObstacle, Shape}
 pub use cylinder::Cylinder;
 pub use grid::ObstacleGrid;
 pub use height_field::{GroundFriction, HeightField};
-pub use movable::{Movable, Moved, Node, Nodes, OutOfPlane, PlacedMovable, Spring};
+pub use movable::{Ball, Movable, Moved, Node, Nodes, OutOfPlane, PlacedMovable, Spring};
 pub use patches::{Patch, Patches};
 pub use polygon::{CentreLine, ConvexPolygon, NearestPoint, Separation};
 pub use polyhedron::Polyhedron;

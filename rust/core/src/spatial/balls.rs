@@ -4,15 +4,14 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::{ContactId, ContactMemory, Source, capsule_contact};
 use crate::math::Real;
-use crate::obstacles::{Movable, Nodes, ObstacleGrid};
+use crate::obstacles::{Ball, Movable, Nodes, ObstacleGrid};
 use crate::robot::Link;
 use crate::stepping::penetration::{ALLOWED, Sinking};
 
-use super::movables::{NodesInStage, Places};
+use super::nodes::{NodesInStage, Places};
 use super::obstacle_contacts::{LinkInStage, MARGIN, ObstacleContacts, Plane};
 use super::penetration::sinking_into;
 use super::self_contact::{PairInStage, capsule};
-use super::workspace::StageKinematics;
 use super::{LinkAxis, StageContact, StageObstacleFriction, StagePair, obstacle_gap};
 
 /// Whether two nodes meet in space: a ball, and a link or another ball. All else is upright, and meets them as seen from above.
@@ -31,7 +30,7 @@ pub(super) fn round_gap(nodes: Nodes, pair: [usize; 2], places: &impl Places) ->
 
 /// Smallest gap of a ball with its centre there to what is fixed \[m\].
 pub(crate) fn ball_gap(movable: &Movable, centre: &Vector3<f64>, obstacles: &ObstacleGrid) -> f64 {
-    let (link, at) = (&movable.link, line(centre));
+    let (link, at) = (&movable.link, LinkAxis::at(centre));
     let mut smallest = centre.z - link.radius - floor(centre, obstacles);
     obstacles.visit_obstacles(&centre.xy(), link.radius, |obstacle| {
         smallest = smallest.min(obstacle_gap(link, &at, obstacles, obstacle));
@@ -43,7 +42,7 @@ pub(crate) fn ball_gap(movable: &Movable, centre: &Vector3<f64>, obstacles: &Obs
 pub(super) fn sinking_of_ball(link: &Link, obstacles: &ObstacleGrid, centres: [Vector3<f64>; 2]) -> Sinking {
     let [start, end] = centres.map(|centre| centre.z - link.radius - floor(&centre, obstacles));
     let into_floor = if end < -ALLOWED { Sinking::of(start, end) } else { Sinking::No };
-    into_floor.max(sinking_into(obstacles, link, &centres.map(|centre| line(&centre))))
+    into_floor.max(sinking_into(obstacles, link, &centres.map(|centre| LinkAxis::at(&centre))))
 }
 
 impl<T: Real> NodesInStage<'_, T> {
@@ -57,23 +56,22 @@ impl<T: Real> NodesInStage<'_, T> {
     /// Finds the contacts of a ball with what is fixed, and tells whether something carries it.
     pub fn find_ball_contacts(
         &self,
-        (lane, node): (usize, usize),
+        (lane, node, &Ball { sliding_friction, .. }): (usize, usize, &Ball),
         obstacles: &ObstacleGrid,
         (contacts, known): (&mut ObstacleContacts, &ContactMemory),
     ) -> bool {
         let ball = LinkInStage { at: self.kinematics(node), coefficient: self.coefficient, elapsed: self.elapsed };
         let (number, radius) = (self.nodes.number(node), ball.at.link.radius);
-        let sliding = self.nodes.movable(node).ball.map_or(0.0, |ball| ball.sliding_friction);
         let before = contacts.rows.all().len();
         let way = (ball.at.end.position - ball.at.start.position).norm();
         obstacles.visit_obstacles(&ball.at.end.position.xy(), radius + way + MARGIN, |obstacle| {
-            let of_ground = Vector2::new(sliding, sliding);
+            let of_ground = Vector2::repeat(sliding_friction);
             contacts.find((lane, [node, number], &ball), (obstacles, obstacle), (known, &of_ground));
         });
         if let Some((row, surface)) = self.floor_row(node, &ball, obstacles) {
             let id = ContactId { link: number, with: Source::Fixture(0), feature: 0 };
-            let friction = StageObstacleFriction::new(&row.direction.linear, &surface, sliding);
-            contacts.add(lane, id, known.of(id), row, (sliding > 0.0).then_some(friction));
+            let friction = StageObstacleFriction::new(&row.direction.linear, &surface, sliding_friction);
+            contacts.add(lane, id, known.of(id), row, (sliding_friction > 0.0).then_some(friction));
         }
         let mut rows = contacts.rows.all()[before..].iter().map(|found| &found.row);
         rows.any(|row| row.direction.linear.z > BELOW && row.offset * self.coefficient < CARRIED)
@@ -96,17 +94,6 @@ impl<T: Real> NodesInStage<'_, T> {
         };
         ball.row(node, [plane(start, heights[0] != heights[1]), plane(end, false)], radius, MARGIN)
     }
-
-    fn kinematics(&self, node: usize) -> StageKinematics<'_> {
-        let (links, expected) = (self.nodes.links.len(), self.expected(node));
-        let [start, base, end] = [&self.start, &self.base, &self.end].map(|places| places.line(links, node));
-        StageKinematics { link: self.nodes.get(node).link, start, base, end, expected }
-    }
-}
-
-/// A ball as a line without a length.
-pub(super) fn line(centre: &Vector3<f64>) -> LinkAxis {
-    LinkAxis { position: *centre, axis: Vector3::x() }
 }
 
 /// Height of the ground, or of the top face, below a ball; infinitely low over faces that carry it otherwise \[m\].

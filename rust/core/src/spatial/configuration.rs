@@ -184,6 +184,11 @@ impl LinkAxis {
     pub fn of(pose: &Pose) -> Self {
         Self { position: pose.position, axis: pose.axis() }
     }
+
+    /// A line without a length.
+    pub fn at(position: &Vector3<f64>) -> Self {
+        Self { position: *position, axis: Vector3::x() }
+    }
 }
 
 impl<T: Real> Frame<T> {

@@ -1,7 +1,7 @@
 //! Contacts of obstacles that can be pushed with links, with fixed obstacles and with each other.
 //!
-//! But for balls they are upright and without end, like fixed obstacles without a height. What they touch is decided from above, by the gap
-//! functions of the plane: a link is seen as its shadow, a stadium of the same radius.
+//! But for [balls](super::balls) they are upright and without end, like fixed obstacles without a height. What they touch is
+//! decided from above, by the gap functions of the plane: a link is seen as its shadow, a stadium of the same radius.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -15,67 +15,13 @@ use crate::obstacles::{Node, Nodes, ObstacleGrid};
 use crate::robot::Link;
 use crate::stepping::penetration::{ALLOWED, Sinking};
 
-use super::balls::{is_round, line, round_gap, sinking_of_ball};
+use super::balls::{is_round, round_gap, sinking_of_ball};
+use super::nodes::{InLane, NodesInStage, Places};
+use super::obstacle_contacts::MARGIN;
 use super::workspace::{Motion, Workspace};
 use super::{
-    Frame, LinkAxis, SpatialBody, SpatialState, SpatialSystem, SpatialVector, Stage, StageContact,
-    StageObstacleFriction, StagePair, Twist, Wrench, place_and_twist,
+    LinkAxis, SpatialBody, SpatialSystem, Stage, StageContact, StageObstacleFriction, StagePair, Twist, Wrench,
 };
-
-/// Where the links of a robot are, and what it can push.
-pub(crate) trait Places {
-    fn link(&self, link: usize) -> LinkAxis;
-    /// (x, y, theta).
-    fn moved(&self, movable: usize) -> Vector3<f64>;
-    /// Centre.
-    fn centre(&self, movable: usize) -> Vector3<f64>;
-
-    /// The centre line of a link, or a ball as one without a length.
-    fn line(&self, links: usize, node: usize) -> LinkAxis {
-        if node < links { self.link(node) } else { line(&self.centre(node - links)) }
-    }
-
-    /// CG of a node from above, cheaper than [`Seen`]: the search for neighbours asks for that of every pair.
-    fn place(&self, links: usize, node: usize) -> Vector2<f64> {
-        if node < links { self.link(node).position.xy() } else { self.moved(node - links).xy() }
-    }
-}
-
-/// Those of a lane.
-#[derive(Clone, Copy)]
-pub(super) struct InLane<'a, T> {
-    pub frames: &'a [Frame<T>],
-    pub moved: &'a [SpatialVector<T>],
-    pub lane: usize,
-}
-
-impl<T: Real> Places for InLane<'_, T> {
-    fn link(&self, link: usize) -> LinkAxis {
-        self.frames[link].axis_of(self.lane)
-    }
-
-    fn moved(&self, movable: usize) -> Vector3<f64> {
-        self.moved[movable].in_plane().lane(self.lane)
-    }
-
-    fn centre(&self, movable: usize) -> Vector3<f64> {
-        self.moved[movable].linear.lane(self.lane)
-    }
-}
-
-impl Places for SpatialState {
-    fn link(&self, link: usize) -> LinkAxis {
-        LinkAxis::of(&self.pose[link])
-    }
-
-    fn moved(&self, movable: usize) -> Vector3<f64> {
-        self.movables[movable].pose
-    }
-
-    fn centre(&self, movable: usize) -> Vector3<f64> {
-        place_and_twist(&self.movables[movable])[0].linear
-    }
-}
 
 /// A link, or something that can be pushed, as it is seen from above.
 pub(super) struct Seen<'a> {
@@ -151,37 +97,7 @@ impl<'a> SeenPair<'a> {
     }
 }
 
-/// One robot with what it can push in a stage.
-pub(super) struct NodesInStage<'a, T> {
-    pub nodes: Nodes<'a>,
-    pub start: InLane<'a, T>,
-    pub base: InLane<'a, T>,
-    pub end: InLane<'a, T>,
-    expected: &'a [Twist<T>],
-    /// c \[s\].
-    pub coefficient: f64,
-    /// Time from the start of the step to the end of the stage \[s\].
-    pub elapsed: f64,
-}
-
-impl<'a, T: Real> NodesInStage<'a, T> {
-    fn of(motion: &'a Motion<T>, coefficient: T, nodes: Nodes<'a>, lane: usize) -> Self {
-        let places = |frames: &'a [Frame<T>], moved: &'a [SpatialVector<T>]| InLane { frames, moved, lane };
-        Self {
-            nodes,
-            start: places(&motion.start_frames, &motion.start.moved),
-            base: places(&motion.base_frames, &motion.base.moved),
-            end: places(&motion.frames, &motion.predicted.moved),
-            expected: &motion.expected,
-            coefficient: coefficient.lane(lane),
-            elapsed: motion.elapsed.lane(lane),
-        }
-    }
-
-    pub fn expected(&self, node: usize) -> Twist {
-        self.expected[node].lane(self.end.lane)
-    }
-
+impl<T: Real> NodesInStage<'_, T> {
     /// The row of two nodes; see [`super::obstacle_contacts`] for where gaps are linearised.
     fn pair_row(&self, pair: [usize; 2], feature: usize, end: &SeenPair, at_end: &LinkPairContact) -> StagePair {
         let start = SeenPair::of(self.nodes, pair, &self.start);
@@ -247,8 +163,8 @@ impl<T: Real> Workspace<T> {
         let nodes = obstacles.nodes(links).among(awake.of(lane));
         let stage = NodesInStage::of(motion, *coefficient, nodes, lane);
         for node in nodes.links.len()..nodes.count() {
-            if nodes.movable(node).ball.is_some() {
-                if !stage.find_ball_contacts((lane, node), obstacles, (contacts, &known[lane])) {
+            if let Some(ball) = &nodes.movable(node).ball {
+                if !stage.find_ball_contacts((lane, node, ball), obstacles, (contacts, &known[lane])) {
                     // Nothing rubs in the air.
                     surfaces[node - nodes.links.len()].set_lane(lane, &Vector3::zeros());
                 }
@@ -403,9 +319,6 @@ pub(crate) fn movable_gap(nodes: Nodes, places: &impl Places) -> f64 {
     );
     smallest
 }
-
-/// Predicted gap up to which a pair takes part \[m\].
-pub(super) const MARGIN: f64 = 0.02;
 
 /// Length of the shadow of a link, over its own, below which it is upright.
 const UPRIGHT: f64 = 1e-9;

@@ -13,6 +13,7 @@ use crate::stepping::FoundRows;
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
 
+use super::obstacle_contacts::MARGIN;
 use super::penetration::farthest_travel;
 use super::workspace::{Motion, StageKinematics, Workspace};
 use super::{Frame, LinkAxis, Pose, StagePair, Wrench};
@@ -198,9 +199,6 @@ pub fn self_gap(links: &[Link], poses: &[Pose]) -> f64 {
 pub(super) fn capsule<'a>(link: &'a Link, at: &LinkAxis) -> Capsule<'a> {
     Capsule { link, centre: at.position, axis: at.axis }
 }
-
-/// Predicted gap up to which a pair takes part \[m\].
-const MARGIN: f64 = 0.02;
 
 /// Clearance of the postures in which links are not looked at \[m\]: more than they move between a prediction and the end
 /// of its stage, and little enough for straight robots to have it.

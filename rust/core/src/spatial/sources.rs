@@ -7,7 +7,7 @@ use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::{Driven, Members};
 
 use super::Spatial;
-use super::movables::MARGIN;
+use super::obstacle_contacts::MARGIN;
 use super::workspace::Workspace;
 
 impl<T: Real> Workspace<T> {
