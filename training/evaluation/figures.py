@@ -128,5 +128,5 @@ def paths(walks: dict[str, NDArray[np.float64]], scene: Scene, goal: float, path
             one.plot(*walk[-1], "o", color=colour, markersize=5)
         one.axvline(goal, color="#3c64b4", linewidth=1.0, linestyle="--")
         drawing.ground(one, "paths of the centre of gravity through one held-out field", (-0.9, 2.5), (-0.9, 0.9))
-        one.legend(loc="upper left", fontsize=7)
+        one.legend(loc="upper left", fontsize=7, frameon=True, framealpha=0.9)
         return drawing.save(drawn, path)
