@@ -140,6 +140,7 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
             "3D: self-contact",
             "none",
             "links that stay apart",
+            true,
             SpatialScenario { robot: hollow(), ..course() },
             course(),
         ),
@@ -147,6 +148,7 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
             "3D: joint limits",
             "none",
             "a right angle, never met",
+            true,
             SpatialScenario { robot: limited(f64::INFINITY), ..course() },
             course(),
         ),
@@ -154,6 +156,7 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
             "3D: joint limits",
             "a right angle",
             "0.79 rad, near, never met",
+            true,
             course(),
             SpatialScenario { robot: limited(0.79), ..course() },
         ),
@@ -161,15 +164,17 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
             "3D: joint limits",
             "a right angle",
             "0.65 rad, met",
+            false,
             course(),
             SpatialScenario { robot: limited(0.65), ..course() },
         ),
-        ("3D: pegs", "none", "one, 100 m away", winding(), with(winding(), FAR_PEG.into())),
-        ("3D: walls", "a peg more, 100 m away", "a wall there", among_pegs(), with(course(), far_wall())),
+        ("3D: pegs", "none", "one, 100 m away", true, winding(), with(winding(), FAR_PEG.into())),
+        ("3D: walls", "a peg more, 100 m away", "a wall there", true, among_pegs(), with(course(), far_wall())),
         (
             "3D: friction at obstacles",
             "smooth peg, 100 m away",
             "rough one",
+            true,
             among_pegs(),
             with(course(), rough(FAR_PEG)),
         ),
@@ -177,15 +182,16 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
             "3D: finite height",
             "a wall, 100 m away",
             "a step there",
+            true,
             with(course(), far_wall()),
             with(course(), step(0.1)),
         ),
     ];
-    for (feature, off, on, without, with) in rows {
+    for (feature, off, on, idle, without, with) in rows {
         progress(&format!("skip: {feature}, {on}"));
         let (mut without, mut with) = (TimedSpatialFleet::new(&without)?, TimedSpatialFleet::new(&with)?);
         let pairs = pairs(rounds, || without.us_per_step(), || with.us_per_step());
-        emit("skip", &Comparison::of(feature, off, on, true, "step", &pairs));
+        emit("skip", &Comparison::of(feature, off, on, idle, "step", &pairs));
     }
     Ok(())
 }
