@@ -67,7 +67,8 @@ INTEGRATION = 2e-3
 LEAST_DAMPING = 1e-3
 """Holds what cannot be told at its guess: with less weight than a measurement of it that errs by 30 times its value."""
 LARGEST_CHANGE = 0.5
-"""Of a parameter in an iteration, as a share of its value: far from the minimum linear steps lead astray."""
+"""Of a parameter in an iteration, as a share of its value: far from the minimum linear steps lead astray. One that
+cannot be told, and would run away, does not hold the others back."""
 MOST_ITERATIONS = 60
 NORMAL_95 = 1.96
 
@@ -159,7 +160,7 @@ def fit(log: Log, noise: Noise, guess: Array = GUESS, names: Sequence[str] = NAM
             accepted, step = False, np.zeros(len(values))
             while not accepted and damping < 1e9:
                 step[free] = -np.linalg.solve(normal + damping * np.eye(len(normal)), slope[free])
-                step *= min(1.0, LARGEST_CHANGE / max(np.abs(step).max(), 1e-12))
+                step = np.clip(step, -LARGEST_CHANGE, LARGEST_CHANGE)
                 trial = np.maximum(values + scale * step, 0.0)
                 changed = errors(trial)
                 accepted = bool(np.sum(changed**2) < np.sum(found**2))
@@ -177,7 +178,7 @@ def judged(
     """Covariance by the scaled Jacobian, for errors that are independent, and where it does not hold."""
     variance = np.sum(found**2) / max(np.count_nonzero(found) - len(values) - POSE, 1)
     _, singular, directions = np.linalg.svd(columns, full_matrices=False)
-    spread = np.sqrt(variance) / np.maximum(singular, 1e-9)
+    spread = np.sqrt(max(variance, 1.0)) / np.maximum(singular, 1e-9)  # a log without noise does not tell more
     messages = []
     for width, direction in zip(NORMAL_95 * spread, directions, strict=True):
         if width > 1.0:
