@@ -14,8 +14,10 @@ fn stepping_an_environment_does_not_allocate() {
             if task.family().model == ModelKind::Planar {
                 step_without_allocating::<PlanarRobot>(&config);
             }
-            // A robot that falls off its pole lands with more contacts than there is room for.
-            if task != Task::CLIMB {
+            // A robot that falls off its pole lands with more contacts than there is room for, and so does one that curls
+            // up in its pipe.
+            let curls = task == Task::PIPE && action_mode == ActionMode::Velocities;
+            if task != Task::CLIMB && !curls {
                 step_without_allocating::<SpatialRobot>(&EnvConfig { model: ModelKind::Spatial, ..config });
             }
         }

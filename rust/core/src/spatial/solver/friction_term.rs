@@ -30,8 +30,6 @@ pub(super) struct FrictionTerm<T: Real> {
     centre: Vector2<T>,
     /// p, or S p with a skin \[N s\].
     pub value: Vector2<T>,
-    /// Radius to return to.
-    remembered: T,
     /// Whether the contact counts as sticking whatever its velocity.
     held: T::Mask,
 }
@@ -75,7 +73,7 @@ impl<T: Real> FrictionTerm<T> {
     pub fn new(law: &FrictionLaw<T>, radius: T, impulse: &Vector2<T>) -> Self {
         let none = Vector2::new(T::zero(), T::zero());
         let p = Vector2::new(law.inverse_shape.x * impulse.x, law.inverse_shape.y * impulse.y);
-        Self { radius, centre: none, value: none, remembered: radius, held: sticks(&p, radius) }
+        Self { radius, centre: none, value: none, held: sticks(&p, radius) }
     }
 
     #[inline(always)]
@@ -95,22 +93,19 @@ impl<T: Real> FrictionTerm<T> {
         self.held = T::Mask::of(|_| false);
     }
 
+    /// Takes the `wanted` radius where it differs by no more than `largest_change`; returns by how much it did.
     #[inline(always)]
-    pub fn remember(&mut self) {
-        self.remembered = self.radius;
+    pub fn follow(&mut self, wanted: T, largest_change: T) -> T {
+        let change = (wanted - self.radius).abs();
+        self.radius = T::select(change.le(largest_change), wanted, self.radius);
+        change
     }
 
-    /// Restores the saved radius.
+    /// Moves the radius by a fraction of the way to the `wanted` one in the given lanes.
     #[inline(always)]
-    pub fn restore(&mut self, lanes: T::Mask) {
-        self.radius = T::select(lanes, self.remembered, self.radius);
-    }
-
-    /// A fraction of the change from the saved radius to the present one in the given lanes, in others the saved one.
-    #[inline(always)]
-    pub fn move_part_way(&mut self, fraction: T, lanes: T::Mask) {
-        let there = self.remembered + fraction * (self.radius - self.remembered);
-        self.radius = T::select(lanes, there, self.remembered);
+    pub fn move_radius(&mut self, wanted: T, fraction: T, lanes: T::Mask) {
+        let there = self.radius + fraction * (wanted - self.radius);
+        self.radius = T::select(lanes, there, self.radius);
     }
 
     /// Decides anew, in these halves, whether a contact whose friction was `impulse` sticks until it is released.

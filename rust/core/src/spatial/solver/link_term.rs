@@ -170,18 +170,18 @@ impl<T: Real> LinkTerm<T> {
     }
 
     /// Moves all ground laws to the present twist and adds gradient and Hessian to `model`, with those of
-    /// |x - M^-1 p|_M^2 / 2. In the lanes `coupled` the friction laws first take the radii that belong to the normal
-    /// impulses, and remember those of before. Returns how far the radii are from those, as a velocity.
+    /// |x - M^-1 p|_M^2 / 2. The friction laws first take the radii that belong to the normal impulses, where these are
+    /// within `following` of the present ones. Returns how far they were from those; both as velocities.
     #[inline(always)]
     pub fn evaluate<const RECENTRING: bool>(
         &mut self,
         halves: impl Halves,
         model: &mut Quadratic<T>,
         laws: &GroundLaws<T>,
-        coupled: T::Mask,
+        following: T,
         recentred: T::Mask,
     ) -> T {
-        let zero = T::zero();
+        let (zero, largest_change) = (T::zero(), self.radius_change(following));
         let (twist, arms) = (self.twist, self.arms());
         let (mut error, mut load) = (zero, zero);
         let mut forces = [GroundForce::none(); 2];
@@ -192,14 +192,12 @@ impl<T: Real> LinkTerm<T> {
             let wanted = end.share * laws.sliding.radius(end.normal.value);
             let held = end.friction.radius;
             let touches = zero.lt(normal) | zero.lt(held);
-            end.friction.remember();
             if !touches.any() {
                 // A sphere in the air: its laws contribute nothing.
                 end.friction.vanish();
                 continue;
             }
-            error = error.max((wanted - held).abs());
-            end.friction.radius = T::select(coupled, wanted, held);
+            error = error.max(end.friction.follow(wanted, largest_change));
             load += end.normal.value;
             let stick = end.friction.evaluate(halves, &laws.sliding, &slip);
             if RECENTRING {
@@ -210,10 +208,7 @@ impl<T: Real> LinkTerm<T> {
             let (friction, sliding) = self.out_of_disc(&value, &stick);
             *force = GroundForce { force: Vector3::new(friction.x, friction.y, load), normal, sliding };
         }
-        let (wanted, held) = (laws.rolling.radius(load), self.rolling.radius);
-        error = error.max((wanted - held).abs());
-        self.rolling.remember();
-        self.rolling.radius = T::select(coupled, wanted, held);
+        error = error.max(self.rolling.follow(laws.rolling.radius(load), largest_change));
         let velocity = self.rolling_velocity(&twist);
         let stiffness = self.rolling.evaluate(Whole, &laws.rolling, &velocity);
         if RECENTRING {
@@ -275,13 +270,20 @@ impl<T: Real> LinkTerm<T> {
         [&mut front.friction, &mut rear.friction, &mut self.rolling]
     }
 
-    /// Friction radii that belong to the present normal impulses.
+    /// Change of a radius \[N s\] that is this velocity.
     #[inline(always)]
-    pub fn take_radii(&mut self, laws: &GroundLaws<T>) {
+    pub fn radius_change(&self, velocity: T) -> T {
+        velocity * self.mass
+    }
+
+    /// Moves friction radii by a fraction of the way to those that belong to the present normal impulses.
+    #[inline(always)]
+    pub fn move_radii(&mut self, laws: &GroundLaws<T>, fraction: T, lanes: T::Mask) {
         for end in &mut self.ends {
-            end.friction.radius = end.share * laws.sliding.radius(end.normal.value);
+            end.friction.move_radius(end.share * laws.sliding.radius(end.normal.value), fraction, lanes);
         }
-        self.rolling.radius = laws.rolling.radius(self.ends[0].normal.value + self.ends[1].normal.value);
+        let load = self.ends[0].normal.value + self.ends[1].normal.value;
+        self.rolling.move_radius(laws.rolling.radius(load), fraction, lanes);
     }
 
     /// Adds all terms of the link at once, so that each entry is stored once. Rolling friction of both ends (T 4.86) is a

@@ -11,9 +11,9 @@
 //! Coulomb's law requires the radii mu P_N of the resulting normal impulses. Each assembly takes them from the present
 //! normal impulses, so that forces are those of the coupled problem and only the tangent neglects that the radii vary:
 //! errors shrink about twentyfold per step. In the middle of a search penalties may make normal impulses implausible;
-//! then the previous radii are kept until the convex problem is nearly solved. Where that does not converge within a
-//! few steps, radii are held until the convex problem is solved and moved afterwards, by smaller fractions while the
-//! gain is small.
+//! contacts with such impulses keep their radii until the convex problem is nearly solved. Where that does not converge
+//! within a few steps, radii are held until the convex problem is solved and moved afterwards, by smaller fractions while
+//! the gain is small.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses while the others
 //! continue, so that each takes exactly the steps it would take without neighbours.
@@ -111,7 +111,6 @@ impl<T: Real> Newton<T> {
             self.release();
             let corrections = progress.update(&here);
             self.correct(&corrections);
-            progress.prepare(&here);
         }
         self.write(solution);
         progress.outcome
@@ -139,10 +138,9 @@ impl<T: Real> Newton<T> {
         self.self_contacts.release();
     }
 
-    /// One Newton step from `here` in the lanes that move, damped where the solve does not converge yet. In coupled lanes
-    /// the friction radii follow the normal impulses, unless the step overshoots or the impulses are implausible: those
-    /// of contacts that close during the step are as large as their penalties make them. Where they are, the next pass
-    /// takes the radii of before.
+    /// One Newton step from `here` in the lanes that move, damped where the solve does not converge yet. The friction radii
+    /// follow the normal impulses, unless the step overshoots, the stage is hard, or an impulse is implausible: those of
+    /// contacts that close during the step are as large as their penalties make them.
     #[inline(always)]
     fn descend(&mut self, here: &Assembly<T>, progress: &mut Progress<T>) -> Assembly<T> {
         let moving = progress.moving();
@@ -155,9 +153,9 @@ impl<T: Real> Newton<T> {
             let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
             (fraction, overshoots) = self.step_length(accuracy, searching);
         }
-        let coupled = moving & progress.coupled & !overshoots;
+        let coupled = moving & !progress.is_hard() & !overshoots;
         let recentred = progress.recentre_next & coupled;
-        let following = coupled | progress.corrections.couple;
+        let following = progress.following(here, coupled);
         let there = if let Some(skin) = self.laws.skin {
             T::run(AssembleSkin { newton: self, skin, fraction, moving, following, recentred })
         } else if recentred.any() {
@@ -165,29 +163,20 @@ impl<T: Real> Newton<T> {
         } else {
             self.assemble::<false>(Whole, fraction, moving, following, recentred)
         };
-        let undone = coupled & !there.is_plausible(here.largest_radius);
-        if undone.any() {
-            for link in &mut self.links {
-                for friction in link.frictions() {
-                    friction.restore(undone);
-                }
-            }
-            self.obstacle_friction.frictions().for_each(|friction| friction.restore(undone));
-        }
-        progress.record(moving, coupled & !undone, undone, recentred);
+        progress.record(moving, coupled & there.radius_error.le(following), recentred);
         there
     }
 
     /// From tail to head: twists a fraction of the step on in the lanes `moving`, forces and stiffnesses of all laws
-    /// there, and the elimination of the chain. If `RECENTRING`, multipliers in the lanes `recentred` move to the
-    /// impulses before forces are added up; otherwise there are no such lanes.
+    /// there, and the elimination of the chain. For `following` see [`Progress::following`]. If `RECENTRING`, multipliers
+    /// in the lanes `recentred` move to the impulses before forces are added up; otherwise there are no such lanes.
     #[inline(always)]
     fn assemble<const RECENTRING: bool>(
         &mut self,
         halves: impl Halves,
         fraction: T,
         moving: T::Mask,
-        coupled: T::Mask,
+        following: T,
         recentred: T::Mask,
     ) -> Assembly<T> {
         let zero = T::zero();
@@ -214,8 +203,13 @@ impl<T: Real> Newton<T> {
                 let surface = &mut self.surfaces[i - chain];
                 squared_error = squared_error.max(link.evaluate_surface(surface, &mut behind, &self.laws, recentred));
             } else {
-                radius_error =
-                    radius_error.max(link.evaluate::<RECENTRING>(halves, &mut behind, &self.laws, coupled, recentred));
+                radius_error = radius_error.max(link.evaluate::<RECENTRING>(
+                    halves,
+                    &mut behind,
+                    &self.laws,
+                    following,
+                    recentred,
+                ));
                 squared_error = squared_error.max(link.squared_error(halves, &self.laws));
                 largest_radius = largest_radius.max(link.largest_radius());
             }
@@ -229,12 +223,13 @@ impl<T: Real> Newton<T> {
                 }
                 behind.add_rank_one(&contact.direction, penalty, -contact.normal.value);
                 squared_error = squared_error.max(contact.normal.squared_error());
+                let largest_change = link.radius_change(following);
                 let errors = self.obstacle_friction.evaluate::<RECENTRING>(
                     k,
                     load,
                     &link.twist,
                     &mut behind,
-                    coupled,
+                    largest_change,
                     recentred,
                 );
                 if let Some(error) = errors {
@@ -320,18 +315,8 @@ impl<T: Real> Newton<T> {
     /// Moves the radii towards those of the present normal impulses in the given lanes.
     #[inline(always)]
     fn move_radii(&mut self, lanes: T::Mask, fraction: T) {
-        for link in &mut self.links {
-            for friction in link.frictions() {
-                friction.remember();
-            }
-            link.take_radii(&self.laws);
-            for friction in link.frictions() {
-                friction.move_part_way(fraction, lanes);
-            }
-        }
-        self.obstacle_friction.frictions().for_each(FrictionTerm::remember);
-        self.obstacle_friction.take_radii(&self.contacts);
-        self.obstacle_friction.frictions().for_each(|friction| friction.move_part_way(fraction, lanes));
+        self.links.iter_mut().for_each(|link| link.move_radii(&self.laws, fraction, lanes));
+        self.obstacle_friction.move_radii(&self.contacts, fraction, lanes);
     }
 
     #[inline(always)]
@@ -364,7 +349,7 @@ struct AssembleSkin<'a, T: Real> {
     skin: Skin,
     fraction: T,
     moving: T::Mask,
-    following: T::Mask,
+    following: T,
     recentred: T::Mask,
 }
 

@@ -64,7 +64,7 @@ impl<T: Real> ObstacleFriction<T> {
     }
 
     /// Moves the law of contact `k`, under the normal impulse `load`, to its link's twist and adds gradient and Hessian.
-    /// In the lanes `coupled` its radius first takes that impulse's, and the one of before is remembered.
+    /// Its radius first takes that impulse's, where it changes by no more than `largest_change`.
     #[inline(always)]
     pub fn evaluate<const RECENTRING: bool>(
         &mut self,
@@ -72,15 +72,13 @@ impl<T: Real> ObstacleFriction<T> {
         load: T,
         twist: &Twist<T>,
         model: &mut Quadratic<T>,
-        coupled: T::Mask,
+        largest_change: T,
         recentred: T::Mask,
     ) -> Option<ObstacleFrictionError<T>> {
         let term = self.terms.get_mut(k)?;
         let slip = term.slip(twist);
         let ObstacleFrictionTerm { tangents: [along, across], law, friction } = term;
-        let (wanted, held) = (law.radius(load), friction.radius);
-        friction.remember();
-        friction.radius = T::select(coupled, wanted, held);
+        let change = friction.follow(law.radius(load), largest_change);
         let stick = friction.evaluate(Whole, law, &slip);
         if RECENTRING {
             friction.recentre_here(Whole, &slip, &stick, recentred);
@@ -92,7 +90,7 @@ impl<T: Real> ObstacleFriction<T> {
         model.add_rank_one(across, stick.yy - stick.xy, -impulse.y);
         model.add_rank_one(&both, stick.xy, T::zero());
         let squared = friction.squared_error(Whole, law);
-        Some(ObstacleFrictionError { radius: (wanted - held).abs(), largest: friction.radius, squared })
+        Some(ObstacleFrictionError { radius: change, largest: friction.radius, squared })
     }
 
     /// First and second derivative of all laws' functions along the step.
@@ -123,11 +121,11 @@ impl<T: Real> ObstacleFriction<T> {
         self.terms.iter_mut().map(|term| &mut term.friction)
     }
 
-    /// Radii that belong to the present normal impulses.
+    /// Moves radii by a fraction of the way to those that belong to the present normal impulses.
     #[inline(always)]
-    pub fn take_radii(&mut self, contacts: &[ObstacleTerm<T>]) {
+    pub fn move_radii(&mut self, contacts: &[ObstacleTerm<T>], fraction: T, lanes: T::Mask) {
         for (term, contact) in self.terms.iter_mut().zip(contacts) {
-            term.friction.radius = term.law.radius(contact.normal.value);
+            term.friction.move_radius(term.law.radius(contact.normal.value), fraction, lanes);
         }
     }
 

@@ -40,12 +40,8 @@ pub(super) struct Progress<T: Real> {
     /// Mass that turns the length of a step into a velocity.
     mass: T,
     pub active: T::Mask,
-    /// Lanes whose friction radii follow the normal impulses during the next step.
-    pub coupled: T::Mask,
     /// What has been done since the last pass over the chain.
     pub corrections: Corrections<T>,
-    /// Lanes whose laws the next pass evaluates at the same velocities with the friction radii of before.
-    still: T::Mask,
     /// Lanes whose multipliers move to the impulses at the end of the next step, if friction radii follow in it, and
     /// those in which they have done so.
     pub recentre_next: T::Mask,
@@ -56,9 +52,9 @@ pub(super) struct Progress<T: Real> {
     last_length: T,
     /// Whether there has been a pass.
     begun: bool,
-    /// Lanes at the end of a step, and those of them in which the friction radii followed.
+    /// Lanes at the end of a step, and those of them in which all friction radii followed.
     arrived: T::Mask,
-    kept: T::Mask,
+    followed: T::Mask,
     /// Linear solves after which a lane is abandoned.
     most: T,
     /// Error of the friction radii when they last moved for a solved convex problem, and how far they move.
@@ -73,12 +69,6 @@ impl<T: Real> Assembly<T> {
     pub fn nowhere() -> Self {
         let zero = T::zero();
         Self { descent: zero, radius_error: zero, largest_radius: zero, fastest: zero, multiplier_error: zero }
-    }
-
-    /// Whether the normal impulses found can be those of the solution.
-    #[inline(always)]
-    pub fn is_plausible(&self, largest_radius: T) -> T::Mask {
-        self.radius_error.le(largest_radius)
     }
 }
 
@@ -99,16 +89,14 @@ impl<T: Real> Progress<T> {
             patience: T::splat(if patient { PATIENCE } else { -1.0 }),
             mass,
             active: lanes,
-            coupled: if patient { lanes } else { none },
             corrections: Corrections { couple: none, move_radii: none, fraction: T::zero(), recentre: none },
-            still: none,
             recentre_next: none,
             recentred: none,
             converging: none,
             last_length: T::zero(),
             begun: false,
             arrived: none,
-            kept: none,
+            followed: none,
             most: T::splat(f64::from(max_iterations)),
             last_error: T::splat(f64::INFINITY),
             fraction: T::splat(1.0),
@@ -116,24 +104,31 @@ impl<T: Real> Progress<T> {
         }
     }
 
-    /// The lanes that take a step. In others the solve has converged, or their laws are evaluated again at the same
-    /// velocities, as all are at first.
+    /// The lanes that take a step. In others the solve has converged, or their laws are evaluated at the same velocities,
+    /// as all are at first.
     #[inline(always)]
     pub fn moving(&self) -> T::Mask {
         let begun = T::Mask::of(|_| self.begun);
-        begun & self.active & !self.corrections.lanes() & !self.still
+        begun & self.active & !self.corrections.lanes()
     }
 
-    /// Records a pass in which some lanes moved, in some of them with `kept` friction radii, in others left `undone` for
-    /// the next one, and in some with `recentred` multipliers.
+    /// By how much a friction radius may change in the next pass from `here`, as a velocity; negative in lanes that are
+    /// neither `coupled` nor to be.
     #[inline(always)]
-    pub fn record(&mut self, moving: T::Mask, kept: T::Mask, undone: T::Mask, recentred: T::Mask) {
+    pub fn following(&self, here: &Assembly<T>, coupled: T::Mask) -> T {
+        let plausible = T::select(coupled, T::splat(PLAUSIBLE) * here.largest_radius, T::splat(-1.0));
+        T::select(self.corrections.couple, T::splat(f64::INFINITY), plausible)
+    }
+
+    /// Records a pass in which some lanes moved, in some of them with friction radii that all `followed`, and in some with
+    /// `recentred` multipliers.
+    #[inline(always)]
+    pub fn record(&mut self, moving: T::Mask, followed: T::Mask, recentred: T::Mask) {
+        self.begun = true;
         self.converging = recentred;
         self.recentred = self.recentred | recentred;
         self.outcome.iterations += T::select(moving, T::splat(1.0), T::zero());
-        self.arrived = (moving & !undone) | self.still;
-        self.kept = kept;
-        self.still = undone;
+        (self.arrived, self.followed) = (moving, followed);
     }
 
     /// Updates the state of the solve by the steps that ended `here`; returns what is to be corrected.
@@ -149,7 +144,7 @@ impl<T: Real> Progress<T> {
         self.last_length = next;
         let hard = self.is_hard();
         let mistaken = self.arrived & tolerance.lt(here.radius_error);
-        let couple = mistaken & !hard & !self.kept & next.le(T::splat(TRUST) * here.radius_error);
+        let couple = mistaken & !hard & !self.followed & next.le(T::splat(TRUST) * here.radius_error);
         let move_radii = mistaken & hard & next.le(tolerance);
         self.adapt_fraction(move_radii, here.radius_error);
         let solved = self.arrived & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
@@ -163,7 +158,7 @@ impl<T: Real> Progress<T> {
         // A lane that has ended keeps its impulses while others continue.
         let recentre = solved & !exact & self.active;
         let may_recentre = is_close & self.will_be_exact(next, here) & !exact & !self.recentred;
-        self.recentre_next = self.active & self.arrived & self.kept & may_recentre;
+        self.recentre_next = self.active & self.arrived & self.followed & may_recentre;
         let (couple, move_radii) = (couple & self.active, move_radii & self.active);
         self.corrections = Corrections { couple, move_radii, fraction: self.fraction, recentre };
         self.corrections
@@ -200,23 +195,19 @@ impl<T: Real> Progress<T> {
         T::splat(NEGLIGIBLE) * self.mass * self.tolerance * self.tolerance
     }
 
-    /// Decides on the next step from where it starts.
+    /// From here on convex problems are solved before friction radii move.
     #[inline(always)]
-    pub fn prepare(&mut self, here: &Assembly<T>) {
-        if self.begun {
-            self.coupled = self.active & !self.is_hard() & here.is_plausible(here.largest_radius);
-        }
-        self.begun = true;
-    }
-
-    #[inline(always)]
-    fn is_hard(&self) -> T::Mask {
+    pub fn is_hard(&self) -> T::Mask {
         self.patience.lt(self.outcome.iterations)
     }
 }
 
 /// Linear solves after which a stage counts as hard: from there on convex problems are solved before radii move.
 const PATIENCE: f64 = 20.0;
+
+/// Change of a friction radius over the largest of all up to which its normal impulse counts as plausible: that of a
+/// contact that closes during a step may exceed the solution's a thousandfold.
+const PLAUSIBLE: f64 = 2.0;
 
 /// Gains of such a move below which the next one is shorter, and above which it is longer.
 const SLOW_GAIN: f64 = 0.7;
