@@ -175,10 +175,10 @@ def fit(log: Log, noise: Noise, guess: Array = GUESS, names: Sequence[str] = NAM
 def judged(
     names: Sequence[str], values: Array, scale: Array, columns: Array, found: Array, is_rough: NDArray[np.bool_]
 ) -> Fit:
-    """Covariance by the scaled Jacobian, for errors that are independent, and where it does not hold."""
+    """Covariance by the scaled Jacobian, for independent errors of at least the noise, and where it fails."""
     variance = np.sum(found**2) / max(np.count_nonzero(found) - len(values) - POSE, 1)
     _, singular, directions = np.linalg.svd(columns, full_matrices=False)
-    spread = np.sqrt(max(variance, 1.0)) / np.maximum(singular, 1e-9)  # a log without noise does not tell more
+    spread = np.sqrt(max(variance, 1.0)) / np.maximum(singular, 1e-9)
     messages = []
     for width, direction in zip(NORMAL_95 * spread, directions, strict=True):
         if width > 1.0:
