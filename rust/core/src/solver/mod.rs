@@ -3,6 +3,7 @@
 //! `README.md` in this folder derives the method.
 
 mod actuator_term;
+mod anderson;
 mod augmented_lagrangian;
 mod coulomb_contacts;
 mod coulomb_laws;
@@ -17,6 +18,7 @@ mod ray_search;
 mod surface_term;
 
 pub(crate) use actuator_term::ActuatorTerm;
+pub(crate) use anderson::{Anderson, Combination, Radius};
 pub use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
 pub(crate) use coulomb_contacts::Contacts;
 pub use coulomb_laws::CoulombForm;

@@ -73,7 +73,11 @@ fn halves_of_a_chain_that_meet_stick_or_slide_as_coulombs_law_has_it() {
             assert!(defect < 1e-4, "{links} links, case {case}, mu {mu}, sticks {sticks}: {defect:e}");
             assert!(simulation.kinetic_energy() < before);
             let (after, _) = momentum(simulation.robot(), simulation.state());
-            assert!((after - linear).norm() < 1e-12, "{linear} {after}");
+            // A stage that ends with a residual may leave as much of each link's momentum unbalanced.
+            let mass: f64 = simulation.robot().links.iter().map(|link| link.mass).sum();
+            assert!(statistics.residual < 1e-9);
+            let most = 1e-12 + mass * statistics.residual;
+            assert!((after - linear).norm() < most, "{linear} {after}, at most {most:e}");
         }
     }
     assert!(seen[0] > 8 && seen[1] > 8, "{seen:?} slide and stick");

@@ -323,10 +323,12 @@ fn a_run_among_discs_continues_from_a_snapshot_and_allocates_nothing() {
 #[test]
 fn random_motion_among_discs_leaves_no_overlap_and_no_stage_unsolved_unreported() {
     let mut random = Random::new(20);
+    let mut pushing = 0;
     for _ in 0..4 {
         let obstacles = cluttered(&mut random, 6);
-        random_motion::<Planar>(&mut random, obstacles, (500, 5), some_wave);
+        pushing += random_motion::<Planar>(&mut random, obstacles, 500, some_wave);
     }
+    assert!(pushing > 20, "{pushing}");
 }
 
 pub fn some_wave(random: &mut Random) -> Wave {

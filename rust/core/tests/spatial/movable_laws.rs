@@ -302,10 +302,12 @@ fn a_run_among_things_continues_from_a_snapshot_and_allocates_nothing() {
 #[test]
 fn random_motion_among_things_leaves_no_overlap_and_no_stage_unsolved_unreported() {
     let mut random = Random::new(20);
+    let mut pushing = 0;
     for _ in 0..3 {
         let obstacles = cluttered(&mut random, 6);
-        random_motion::<Spatial>(&mut random, obstacles, (300, 5), some_gait);
+        pushing += random_motion::<Spatial>(&mut random, obstacles, 300, some_gait);
     }
+    assert!(pushing > 15, "{pushing}");
 }
 
 /// One that lifts links, too.

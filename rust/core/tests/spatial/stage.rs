@@ -204,12 +204,12 @@ fn farthest_apart(a: &StageSolution, b: &StageSolution, arm: f64) -> f64 {
     pairs.map(|(x, y)| (x.linear - y.linear).norm() + arm * (x.angular - y.angular).norm()).fold(0.0, f64::max)
 }
 
-/// A chain that lies flat and bends, on ground as rough as rubber: friction follows normal impulses, and these
-/// friction, so strongly that the lanes' method leaves stages open. The fallback closes them.
+/// A chain that lies flat and bends, on ground as rough as rubber, where the lanes' method solves most stages, and rougher,
+/// where friction follows normal impulses, and these friction, so strongly that it leaves many. The fallback closes them.
 #[test]
 fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
     let mut random = Random::new(17);
-    for (mu, most_open) in [(1.0, 0), (2.0, 2)] {
+    for (mu, hard, most_open) in [(1.0, 0..=5, 0), (3.0, 5..=30, 1), (6.0, 15..=60, 3)] {
         let (mut left, mut open, mut solves) = (0, 0, 0);
         for _ in 0..100 {
             let mut stage = chain(&mut random, 11, 0.6, 0.0);
@@ -229,7 +229,7 @@ fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
             open += u32::from(!certified);
         }
         println!("mu {mu}: {left} of 100 stages left, {open} of them open, {} solves each", solves / left.max(1));
-        assert!(left >= 5, "mu {mu}: only {left} stages are hard");
+        assert!(hard.contains(&left), "mu {mu}: {left} stages are hard");
         assert!(open <= most_open, "mu {mu}: {open} stages open");
     }
 }

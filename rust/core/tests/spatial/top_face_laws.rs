@@ -10,6 +10,7 @@ use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, Scene, SceneConfig};
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of, twist_of};
+use snake_core::stepping::ImplicitConfig;
 use snake_test_support::allocation::REQUESTS;
 use snake_test_support::planar::{LIMP, ground, table_7_5};
 use snake_test_support::spatial::{implicit, sidewinding, undulation};
@@ -45,7 +46,9 @@ fn resting(
     gait: &CardanGait,
 ) -> SpatialSimulation {
     let robot = RobotConfig { links, ..RobotConfig::default() };
-    let mut simulation = SpatialSimulation::new(&robot, scene, pd, &implicit(0.01, 2)).expect("admissible");
+    // Fine enough that two solves of one motion differ by no more than the tests compare.
+    let method = ImplicitConfig { tolerance: Some(1e-8), ..implicit(0.01, 2) };
+    let mut simulation = SpatialSimulation::new(&robot, scene, pd, &method).expect("admissible");
     let at = |joint| gait.target(joint, 0.0);
     let posture: Vec<_> = (0..links - 1).map(|j| Vector2::new(at(j).yaw.angle, at(j).pitch.angle)).collect();
     simulation.place_chain(head, &posture);

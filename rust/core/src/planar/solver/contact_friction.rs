@@ -3,7 +3,7 @@
 use crate::laws::LimitedActuator;
 use crate::math::Real;
 use crate::rows::FrictionRow;
-use crate::solver::LawForm;
+use crate::solver::{Anderson, Combination, LawForm, Radius};
 
 use super::terms::RowTerm;
 use super::unilateral::{RowLaw, UnilateralTerm};
@@ -12,8 +12,6 @@ use super::unilateral::{RowLaw, UnilateralTerm};
 #[derive(Debug, Clone)]
 pub(super) struct ContactFriction<P, T> {
     pub terms: Vec<RowTerm<P, BoundedTerm<T>>>,
-    /// How often the bounds have moved.
-    moves: T,
 }
 
 /// Friction of a contact in proximal form: P = clamp(centre - r gamma, +-b). The bound b is held while the inner problem is
@@ -32,13 +30,12 @@ pub(super) struct BoundedTerm<T> {
 
 impl<P, T: Real> ContactFriction<P, T> {
     pub fn new(capacity: usize) -> Self {
-        Self { terms: Vec::with_capacity(capacity), moves: T::zero() }
+        Self { terms: Vec::with_capacity(capacity) }
     }
 
     /// Begins a stage.
     #[inline(always)]
     pub fn clear(&mut self) {
-        self.moves = T::zero();
         self.terms.clear();
     }
 
@@ -64,27 +61,37 @@ impl<P, T: Real> ContactFriction<P, T> {
     pub fn squared_bound_error(&self, normal: &[RowTerm<P, UnilateralTerm<T>>]) -> T {
         let mut largest = T::zero();
         for RowTerm { law, .. } in &self.terms {
-            let change = law.bound_change(normal) / law.mass;
+            let change = (law.wanted(normal) - law.law.limit) / law.mass;
             largest = largest.max(change * change);
         }
         largest
     }
 
-    /// The impulses become the centres of the laws, and bounds that are not `held` move to those of the normal impulses.
+    /// The impulses become the centres of the laws.
     #[inline(always)]
-    pub fn recentre(&mut self, lanes: T::Mask, normal: &[RowTerm<P, UnilateralTerm<T>>], held: bool) {
-        if self.terms.is_empty() {
-            return;
+    pub fn recentre(&mut self, lanes: T::Mask) {
+        self.terms.iter_mut().for_each(|term| term.law.recentre(lanes));
+    }
+
+    /// Compares the bounds with those of the normal impulses; that of the first term has number `first`.
+    #[inline(always)]
+    pub fn compare(
+        &self,
+        normal: &[RowTerm<P, UnilateralTerm<T>>],
+        anderson: &mut Anderson<T>,
+        first: usize,
+        lanes: T::Mask,
+    ) {
+        for (k, RowTerm { law, .. }) in self.terms.iter().enumerate() {
+            anderson.compare(first + k, Radius { present: law.law.limit, wanted: law.wanted(normal) }, lanes);
         }
-        let is_undamped = self.moves.lt(T::splat(UNDAMPED_MOVES));
-        let share = T::select(is_undamped, T::splat(1.0), T::splat(DAMPED_SHARE));
-        self.moves += T::select(lanes, T::splat(1.0), T::zero());
-        for RowTerm { law: term, .. } in &mut self.terms {
-            term.recentre(lanes);
-            if !held {
-                let bound = term.law.limit + share * term.bound_change(normal);
-                term.law.limit = T::select(lanes, bound, term.law.limit);
-            }
+    }
+
+    /// Moves the bounds.
+    #[inline(always)]
+    pub fn move_bounds(&mut self, anderson: &Anderson<T>, combination: &Combination<T>, first: usize, lanes: T::Mask) {
+        for (k, RowTerm { law, .. }) in self.terms.iter_mut().enumerate() {
+            law.law.limit = T::select(lanes, anderson.next(first + k, combination), law.law.limit);
         }
     }
 
@@ -111,10 +118,10 @@ impl<T: Real> BoundedTerm<T> {
         violation * violation
     }
 
-    /// Way of the bound to that of the normal impulse \[N s\].
+    /// Bound of the normal impulse \[N s\].
     #[inline(always)]
-    fn bound_change<P>(&self, normal: &[RowTerm<P, UnilateralTerm<T>>]) -> T {
-        self.coefficient * normal[self.normal].law.impulse.max(T::zero()) - self.law.limit
+    fn wanted<P>(&self, normal: &[RowTerm<P, UnilateralTerm<T>>]) -> T {
+        self.coefficient * normal[self.normal].law.impulse.max(T::zero())
     }
 
     #[inline(always)]
@@ -148,7 +155,3 @@ impl<T: Real> RowLaw<T> for BoundedTerm<T> {
         self.law.along(velocity, rate, alpha)
     }
 }
-
-/// Moves after which the bounds move by a part of the way only, and that part.
-const UNDAMPED_MOVES: f64 = 12.0;
-const DAMPED_SHARE: f64 = 0.5;

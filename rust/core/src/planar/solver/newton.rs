@@ -10,11 +10,11 @@
 
 use nalgebra::Vector2;
 
-use crate::contact::PAIRS_PER_LINK;
+use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::laws::{Halves, Skin, Whole};
 use crate::math::{Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageSolution};
-use crate::solver::{self, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, SurfaceTerm, Tuning};
+use crate::solver::{self, Anderson, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, SurfaceTerm, Tuning};
 
 use super::contact_friction::ContactFriction;
 use super::kernels::{CoupledStep, EvaluateLaws, FrictionError};
@@ -42,6 +42,8 @@ pub struct Newton<T: Real = f64> {
     pub(super) self_contacts: SelfContacts<T>,
     /// Whether the bounds of friction at contacts stay as they are instead of following the normal impulses.
     are_bounds_held: bool,
+    /// Of the bounds of friction at contacts.
+    anderson: Anderson<T>,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
     head: Vector2<T>,
     /// Value of the whole chain at that end, and of each obstacle that can be pushed, behind the links, at its centre.
@@ -73,6 +75,7 @@ impl<T: Real> Newton<T> {
             obstacle_friction: ContactFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
             are_bounds_held: false,
+            anderson: Anderson::new((PAIRS_PER_LINK + LINK_CONTACTS_PER_LINK) * links, MIXING),
             head: Vector2::new(T::zero(), T::zero()),
             chain: Quadratic::zero(),
             movables: Vec::with_capacity(links),
@@ -95,6 +98,7 @@ impl<T: Real> Newton<T> {
         lanes: T::Mask,
     ) -> Outcome<T> {
         self.warm_up(stage, solution);
+        self.anderson.start();
         let outcome = solver::solve(self, tolerance, max_iterations, lanes);
         self.write(stage, solution, lanes);
         outcome
@@ -299,6 +303,18 @@ impl<T: Real> Newton<T> {
         StepEnd { slope, remainder: forces * self.mobility[0] + moments * self.mobility[1] }
     }
 
+    /// Moves the bounds of friction at contacts to where [`Anderson`] expects those of the normal impulses.
+    #[inline(always)]
+    fn move_bounds(&mut self, lanes: T::Mask) {
+        let Self { anderson, obstacle_friction, contacts, self_contacts, .. } = self;
+        let of_obstacles = obstacle_friction.terms.len();
+        obstacle_friction.compare(contacts, anderson, 0, lanes);
+        self_contacts.compare(anderson, of_obstacles, lanes);
+        let combination = anderson.combine(lanes);
+        obstacle_friction.move_bounds(anderson, &combination, 0, lanes);
+        self_contacts.move_bounds(anderson, &combination, of_obstacles, lanes);
+    }
+
     /// Makes multipliers of the ground's friction, which are impulses, what belongs to these with a skin.
     #[inline(always)]
     pub(super) fn raise(&mut self, lanes: T::Mask) {
@@ -386,8 +402,11 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.spins.iter_mut().for_each(|spin| spin.recentre(lanes));
         self.surfaces.iter_mut().for_each(|surface| surface.recentre(lanes));
         self.contacts.iter_mut().for_each(|contact| contact.law.recentre(lanes));
-        self.obstacle_friction.recentre(lanes, &self.contacts, self.are_bounds_held);
-        self.self_contacts.recentre(lanes, self.are_bounds_held);
+        self.obstacle_friction.recentre(lanes);
+        self.self_contacts.recentre(lanes);
+        if !self.are_bounds_held {
+            self.move_bounds(lanes);
+        }
     }
 }
 
@@ -413,6 +432,9 @@ fn full_step<T: Real>(head: Vector2<T>, lanes: T::Mask) -> impl FnMut(&mut LinkT
 /// An outer step with this penalty gains five to six digits, and one is mostly enough; a stick stiffness beyond 1e8
 /// masses would show round-off in the impulses.
 pub(super) const TUNING: Tuning = Tuning { penalty: 1e6, ..Tuning::COMMON };
+
+/// Of the bounds, which mostly gain a factor of twenty per move without acceleration.
+const MIXING: f64 = 1.0;
 
 /// How much larger the certificate's residual may be than the norm of the remainder \[-\]: imbalances add up
 /// along the chain.

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::{Real, add_scaled};
 use crate::planar::{Stage, StageSolution};
-use crate::solver::{EliminatedChain, LawForm, add};
+use crate::solver::{Anderson, Combination, EliminatedChain, LawForm, add};
 
 use super::contact_friction::ContactFriction;
 use super::link_term::LinkTerm;
@@ -165,9 +165,21 @@ impl<T: Real> SelfContacts<T> {
     }
 
     #[inline(always)]
-    pub fn recentre(&mut self, lanes: T::Mask, held: bool) {
+    pub fn recentre(&mut self, lanes: T::Mask) {
         self.terms.iter_mut().for_each(|term| term.law.recentre(lanes));
-        self.friction.recentre(lanes, &self.terms, held);
+        self.friction.recentre(lanes);
+    }
+
+    /// As [`ContactFriction::compare`] does.
+    #[inline(always)]
+    pub fn compare(&self, anderson: &mut Anderson<T>, first: usize, lanes: T::Mask) {
+        self.friction.compare(&self.terms, anderson, first, lanes);
+    }
+
+    /// As [`ContactFriction::move_bounds`] does.
+    #[inline(always)]
+    pub fn move_bounds(&mut self, anderson: &Anderson<T>, combination: &Combination<T>, first: usize, lanes: T::Mask) {
+        self.friction.move_bounds(anderson, combination, first, lanes);
     }
 
     /// Impulses of the contacts, and of their friction, in the given lanes.

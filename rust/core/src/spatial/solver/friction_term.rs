@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 
 use crate::laws::{Disc, DiscEvaluation, Halves, Symmetric2};
 use crate::math::{Mask, Real};
+use crate::solver::Radius;
 
 use super::terms::select;
 
@@ -93,19 +94,18 @@ impl<T: Real> FrictionTerm<T> {
         self.held = T::Mask::of(|_| false);
     }
 
+    /// The radius beside the `wanted` one.
+    #[inline(always)]
+    pub fn radius_beside(&self, wanted: T) -> Radius<T> {
+        Radius { present: self.radius, wanted }
+    }
+
     /// Takes the `wanted` radius where it differs by no more than `largest_change`; returns by how much it did.
     #[inline(always)]
     pub fn follow(&mut self, wanted: T, largest_change: T) -> T {
         let change = (wanted - self.radius).abs();
         self.radius = T::select(change.le(largest_change), wanted, self.radius);
         change
-    }
-
-    /// Moves the radius by a fraction of the way to the `wanted` one in the given lanes.
-    #[inline(always)]
-    pub fn move_radius(&mut self, wanted: T, fraction: T, lanes: T::Mask) {
-        let there = self.radius + fraction * (wanted - self.radius);
-        self.radius = T::select(lanes, there, self.radius);
     }
 
     /// Decides anew, in these halves, whether a contact whose friction was `impulse` sticks until it is released.

@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::laws::{Halves, Skin, SurfaceEvaluation, Symmetric2, Whole};
 use crate::math::{Mask, Real};
-use crate::solver::{ActuatorTerm, SurfaceTerm};
+use crate::solver::{ActuatorTerm, Radius, SurfaceTerm};
 
 use super::friction_term::{FrictionLaw, FrictionTerm};
 use super::sweep::{Quadratic, Segment, Symmetric, with_products};
@@ -91,6 +91,12 @@ impl<T: Real> GroundTerm<T> {
             normal: ContactTerm::new(link.ground[end], laws.penalty, impulse),
             friction: FrictionTerm::new(&laws.sliding, radius, &friction[end]),
         }
+    }
+
+    /// Radius that belongs to the present normal impulse.
+    #[inline(always)]
+    fn wanted_radius(&self, laws: &GroundLaws<T>) -> T {
+        self.share * laws.sliding.radius(self.normal.value)
     }
 }
 
@@ -189,7 +195,7 @@ impl<T: Real> LinkTerm<T> {
             let (slip, closing) = self.contact_velocity(&arms[i], &twist);
             let end = &mut self.ends[i];
             let normal = end.normal.evaluate(closing);
-            let wanted = end.share * laws.sliding.radius(end.normal.value);
+            let wanted = end.wanted_radius(laws);
             let held = end.friction.radius;
             let touches = zero.lt(normal) | zero.lt(held);
             if !touches.any() {
@@ -276,14 +282,16 @@ impl<T: Real> LinkTerm<T> {
         velocity * self.mass
     }
 
-    /// Moves friction radii by a fraction of the way to those that belong to the present normal impulses.
+    /// Radii of [`Self::frictions`].
     #[inline(always)]
-    pub fn move_radii(&mut self, laws: &GroundLaws<T>, fraction: T, lanes: T::Mask) {
-        for end in &mut self.ends {
-            end.friction.move_radius(end.share * laws.sliding.radius(end.normal.value), fraction, lanes);
-        }
-        let load = self.ends[0].normal.value + self.ends[1].normal.value;
-        self.rolling.move_radius(laws.rolling.radius(load), fraction, lanes);
+    pub fn radii(&self, laws: &GroundLaws<T>) -> [Radius<T>; 3] {
+        let [front, rear] = &self.ends;
+        let load = front.normal.value + rear.normal.value;
+        [
+            front.friction.radius_beside(front.wanted_radius(laws)),
+            rear.friction.radius_beside(rear.wanted_radius(laws)),
+            self.rolling.radius_beside(laws.rolling.radius(load)),
+        ]
     }
 
     /// Adds all terms of the link at once, so that each entry is stored once. Rolling friction of both ends (T 4.86) is a

@@ -12,20 +12,20 @@
 //! normal impulses, so that forces are those of the coupled problem and only the tangent neglects that the radii vary:
 //! errors shrink about twentyfold per step. In the middle of a search penalties may make normal impulses implausible;
 //! contacts with such impulses keep their radii until the convex problem is nearly solved. Where that does not converge
-//! within a few steps, radii are held until the convex problem is solved and moved afterwards, by smaller fractions while
-//! the gain is small.
+//! within a few steps, radii are held until the convex problem is nearly solved and moved afterwards, to where [their last
+//! moves](Anderson) suggest.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses while the others
 //! continue, so that each takes exactly the steps it would take without neighbours.
 
 use crate::laws::{Halves, Skin, Whole};
 use crate::math::{Kernel, Mask, Real};
-use crate::solver::{MotorTerm, Outcome, SurfaceTerm};
+use crate::solver::{Anderson, MotorTerm, Outcome, SurfaceTerm};
 
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, LinkTerm};
 use super::obstacle_friction::ObstacleFriction;
-use super::progress::{Assembly, Corrections, Progress};
+use super::progress::{Assembly, Progress};
 use super::self_contacts::SelfContacts;
 use super::sweep::Quadratic;
 use super::terms::{ObstacleTerm, StopTerm, add_motor, evaluate_actuator};
@@ -48,6 +48,8 @@ pub struct Newton<T: Real = f64> {
     pub(super) surfaces: Vec<SurfaceTerm<T>>,
     pub(super) movables: Vec<Quadratic<T>>,
     pub(super) laws: GroundLaws<T>,
+    /// Of the radii of all friction discs.
+    anderson: Anderson<T>,
     /// Step of link 1's twist.
     head: Twist<T>,
     /// Mass of the lightest link.
@@ -81,6 +83,7 @@ impl<T: Real> Newton<T> {
             surfaces: Vec::with_capacity(links),
             movables: Vec::with_capacity(links),
             laws: GroundLaws::new(&StageFriction::none(), zero),
+            anderson: Anderson::new((3 + CONTACTS_PER_LINK) * links, MIXING),
             head: Twist::zero(),
             lightest: zero,
             is_holding: false,
@@ -103,6 +106,7 @@ impl<T: Real> Newton<T> {
         lanes: T::Mask,
     ) -> Outcome<T> {
         self.warm_up(stage, solution);
+        self.anderson.start();
         let mut progress = Progress::new(T::splat(tolerance), self.patient, self.lightest, lanes, max_iterations);
         // The first pass moves no lane.
         let mut here = Assembly::nowhere();
@@ -110,7 +114,12 @@ impl<T: Real> Newton<T> {
             here = self.descend(&here, &mut progress);
             self.release();
             let corrections = progress.update(&here);
-            self.correct(&corrections);
+            if corrections.move_radii.any() {
+                self.move_radii(corrections.move_radii);
+            }
+            if corrections.recentre.any() {
+                self.recentre(corrections.recentre);
+            }
         }
         self.write(solution);
         progress.outcome
@@ -301,22 +310,30 @@ impl<T: Real> Newton<T> {
         self.links[self.chain().len()..].iter().zip(&self.surfaces)
     }
 
-    /// Moves friction radii and multipliers, but for those that the next assembly couples.
+    /// Moves the friction radii to where [`Anderson`] expects those of the normal impulses, in the given lanes.
     #[inline(always)]
-    fn correct(&mut self, corrections: &Corrections<T>) {
-        if corrections.move_radii.any() {
-            self.move_radii(corrections.move_radii, corrections.fraction);
+    fn move_radii(&mut self, lanes: T::Mask) {
+        let Self { anderson, links, obstacle_friction, contacts, laws, .. } = self;
+        let mut k = 0;
+        for link in links.iter() {
+            for radius in link.radii(laws) {
+                anderson.compare(k, radius, lanes);
+                k += 1;
+            }
         }
-        if corrections.recentre.any() {
-            self.recentre(corrections.recentre);
+        while let Some(radius) = obstacle_friction.radius(k - 3 * links.len(), contacts) {
+            anderson.compare(k, radius, lanes);
+            k += 1;
         }
-    }
-
-    /// Moves the radii towards those of the present normal impulses in the given lanes.
-    #[inline(always)]
-    fn move_radii(&mut self, lanes: T::Mask, fraction: T) {
-        self.links.iter_mut().for_each(|link| link.move_radii(&self.laws, fraction, lanes));
-        self.obstacle_friction.move_radii(&self.contacts, fraction, lanes);
+        let combination = anderson.combine(lanes);
+        for (i, link) in links.iter_mut().enumerate() {
+            for (j, friction) in link.frictions().into_iter().enumerate() {
+                friction.radius = T::select(lanes, anderson.next(3 * i + j, &combination), friction.radius);
+            }
+        }
+        for (j, friction) in obstacle_friction.frictions().enumerate() {
+            friction.radius = T::select(lanes, anderson.next(3 * links.len() + j, &combination), friction.radius);
+        }
     }
 
     #[inline(always)]
@@ -362,6 +379,9 @@ impl<T: Real> Kernel for AssembleSkin<'_, T> {
         newton.assemble::<true>(skin, fraction, moving, following, recentred)
     }
 }
+
+/// Of the radii in hard stages, where many discs share the load: what is left of it moves between them.
+const MIXING: f64 = 0.5;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.
 const OVERSHOOT: f64 = 0.1;

@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 
 use crate::laws::Whole;
 use crate::math::Real;
+use crate::solver::Radius;
 use crate::spatial::spatial_vector::{Twist, Wrench};
 use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageSolution};
@@ -116,17 +117,16 @@ impl<T: Real> ObstacleFriction<T> {
         }
     }
 
+    /// Radius of contact `k`; none without friction.
+    #[inline(always)]
+    pub fn radius(&self, k: usize, contacts: &[ObstacleTerm<T>]) -> Option<Radius<T>> {
+        let ObstacleFrictionTerm { law, friction, .. } = self.terms.get(k)?;
+        Some(friction.radius_beside(law.radius(contacts[k].normal.value)))
+    }
+
     #[inline(always)]
     pub fn frictions(&mut self) -> impl Iterator<Item = &mut FrictionTerm<T>> {
         self.terms.iter_mut().map(|term| &mut term.friction)
-    }
-
-    /// Moves radii by a fraction of the way to those that belong to the present normal impulses.
-    #[inline(always)]
-    pub fn move_radii(&mut self, contacts: &[ObstacleTerm<T>], fraction: T, lanes: T::Mask) {
-        for (term, contact) in self.terms.iter_mut().zip(contacts) {
-            term.friction.move_radius(term.law.radius(contact.normal.value), fraction, lanes);
-        }
     }
 
     #[inline(always)]

@@ -25,9 +25,8 @@ pub(super) struct Assembly<T> {
 pub(super) struct Corrections<T: Real> {
     /// Friction radii take the normal impulses, which are accurate enough by now.
     pub couple: T::Mask,
-    /// The convex problem is solved: radii move by this fraction of the difference.
+    /// Radii move towards those of the solved convex problem's normal impulses.
     pub move_radii: T::Mask,
-    pub fraction: T,
     /// All is solved but for the compliance: multipliers move to the impulses.
     pub recentre: T::Mask,
 }
@@ -57,9 +56,6 @@ pub(super) struct Progress<T: Real> {
     followed: T::Mask,
     /// Linear solves after which a lane is abandoned.
     most: T,
-    /// Error of the friction radii when they last moved for a solved convex problem, and how far they move.
-    last_error: T,
-    fraction: T,
     pub outcome: Outcome<T>,
 }
 
@@ -89,7 +85,7 @@ impl<T: Real> Progress<T> {
             patience: T::splat(if patient { PATIENCE } else { -1.0 }),
             mass,
             active: lanes,
-            corrections: Corrections { couple: none, move_radii: none, fraction: T::zero(), recentre: none },
+            corrections: Corrections { couple: none, move_radii: none, recentre: none },
             recentre_next: none,
             recentred: none,
             converging: none,
@@ -98,8 +94,6 @@ impl<T: Real> Progress<T> {
             arrived: none,
             followed: none,
             most: T::splat(f64::from(max_iterations)),
-            last_error: T::splat(f64::INFINITY),
-            fraction: T::splat(1.0),
             outcome: Outcome { iterations: T::zero(), converged: none },
         }
     }
@@ -145,8 +139,8 @@ impl<T: Real> Progress<T> {
         let hard = self.is_hard();
         let mistaken = self.arrived & tolerance.lt(here.radius_error);
         let couple = mistaken & !hard & !self.followed & next.le(T::splat(TRUST) * here.radius_error);
-        let move_radii = mistaken & hard & next.le(tolerance);
-        self.adapt_fraction(move_radii, here.radius_error);
+        let nearly_solved = next.le((T::splat(NEARLY_SOLVED) * here.radius_error).max(tolerance));
+        let move_radii = mistaken & hard & nearly_solved;
         let solved = self.arrived & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
         let at_rest = T::select(hard, T::splat(EXACT_AT_LAST), T::splat(EXACT_AT_REST));
         let exact = here.multiplier_error.le(self.creep(here) + at_rest * tolerance);
@@ -160,7 +154,7 @@ impl<T: Real> Progress<T> {
         let may_recentre = is_close & self.will_be_exact(next, here) & !exact & !self.recentred;
         self.recentre_next = self.active & self.arrived & self.followed & may_recentre;
         let (couple, move_radii) = (couple & self.active, move_radii & self.active);
-        self.corrections = Corrections { couple, move_radii, fraction: self.fraction, recentre };
+        self.corrections = Corrections { couple, move_radii, recentre };
         self.corrections
     }
 
@@ -175,18 +169,6 @@ impl<T: Real> Progress<T> {
     #[inline(always)]
     fn creep(&self, here: &Assembly<T>) -> T {
         (T::splat(EXACT) * here.fastest).min(self.tolerance)
-    }
-
-    /// Moves of the radii become shorter while they gain little, and longer again when they gain much.
-    #[inline(always)]
-    fn adapt_fraction(&mut self, lanes: T::Mask, error: T) {
-        let slow = (T::splat(SLOW_GAIN) * self.last_error).lt(error);
-        let fast = error.lt(T::splat(FAST_GAIN) * self.last_error);
-        let shorter = (T::splat(0.5) * self.fraction).max(T::splat(SHORTEST_MOVE));
-        let longer = (T::splat(1.5) * self.fraction).min(T::splat(1.0));
-        let fraction = T::select(slow, shorter, T::select(fast, longer, self.fraction));
-        self.fraction = T::select(lanes, fraction, self.fraction);
-        self.last_error = T::select(lanes, error, self.last_error);
     }
 
     /// Decrease below which nothing is searched for \[J\].
@@ -209,11 +191,6 @@ const PATIENCE: f64 = 20.0;
 /// contact that closes during a step may exceed the solution's a thousandfold.
 const PLAUSIBLE: f64 = 2.0;
 
-/// Gains of such a move below which the next one is shorter, and above which it is longer.
-const SLOW_GAIN: f64 = 0.7;
-const FAST_GAIN: f64 = 0.2;
-const SHORTEST_MOVE: f64 = 0.1;
-
 /// Length of the next step over that of the last one from which on it needs no line search: Newton's method converges
 /// quadratically but for the radii, which gain a factor of twenty.
 const CONVERGING: f64 = 0.2;
@@ -224,6 +201,9 @@ const UNSEARCHED: f64 = 7.0;
 /// Length of a step over the error of the friction radii below which the normal impulses count as accurate: in it
 /// errors of the forces of closed contacts are divided by the square root of the penalty.
 const TRUST: f64 = 1e-2;
+
+/// The same in a hard stage, where the next radii depend on how errors change.
+const NEARLY_SOLVED: f64 = 1e-3;
 
 /// Length of the next step over the tolerance below which none is needed. Imbalances of closed contacts are longer than
 /// it by the square root of the penalty.

@@ -1,0 +1,172 @@
+//! Anderson acceleration (1965) of the fixed point of the friction radii: where each takes the radius that belongs to its
+//! normal impulse, errors may shrink slowly or grow. The last moves tell how errors change with the radii; the next one
+//! goes where that would leave the least.
+
+use crate::math::{Mask, Real};
+
+/// Moves that are remembered: the projection below is that onto a plane.
+const DEPTH: usize = 2;
+
+/// Radius of a disc, and the one that belongs to its present normal impulse \[N s\].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Radius<T> {
+    pub present: T,
+    pub wanted: T,
+}
+
+/// What is known of a solve's friction radii.
+#[derive(Debug, Clone)]
+pub(crate) struct Anderson<T: Real> {
+    radii: Vec<Tracked<T>>,
+    /// Lanes in which radii have been compared before.
+    begun: T::Mask,
+    /// Share of the least error, which the last changes leave, by which radii go on.
+    mixing: f64,
+}
+
+/// A radius when it was last compared with the wanted one, all \[N s\].
+#[derive(Debug, Clone, Copy)]
+struct Tracked<T> {
+    wanted: T,
+    /// By how much the radius was to grow.
+    error: T,
+    /// How both changed by the last moves, the latest first.
+    changes: [Change<T>; DEPTH],
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Change<T> {
+    wanted: T,
+    error: T,
+}
+
+/// Combination theta of the last changes that are taken back.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Combination<T>([T; DEPTH]);
+
+impl<T: Real> Anderson<T> {
+    /// With room for so many friction discs.
+    pub fn new(discs: usize, mixing: f64) -> Self {
+        Self { radii: Vec::with_capacity(discs), begun: T::Mask::of(|_| false), mixing }
+    }
+
+    /// Forgets all.
+    #[inline(always)]
+    pub fn start(&mut self) {
+        self.radii.clear();
+        self.begun = T::Mask::of(|_| false);
+    }
+
+    /// Compares radius `k` with the wanted one in the given lanes.
+    #[inline(always)]
+    pub fn compare(&mut self, k: usize, Radius { present, wanted }: Radius<T>, lanes: T::Mask) {
+        if k == self.radii.len() {
+            self.radii.push(Tracked::unknown());
+        }
+        let (radius, error) = (&mut self.radii[k], wanted - present);
+        let known = lanes & self.begun;
+        let latest = Change { wanted: wanted - radius.wanted, error: error - radius.error };
+        for (older, newer) in [(1, radius.changes[0]), (0, latest)] {
+            let change = &mut radius.changes[older];
+            change.wanted = T::select(known, newer.wanted, change.wanted);
+            change.error = T::select(known, newer.error, change.error);
+        }
+        radius.wanted = T::select(lanes, wanted, radius.wanted);
+        radius.error = T::select(lanes, error, radius.error);
+    }
+
+    /// Once all radii are compared: the theta that minimise |e - theta_1 Delta e_1 - theta_2 Delta e_2|, by orthogonal
+    /// projection. Changes that are not known, or no more than a multiple of another one, have none.
+    #[inline(always)]
+    pub fn combine(&mut self, lanes: T::Mask) -> Combination<T> {
+        let zero = T::zero();
+        let (mut latest, mut mixed, mut older) = (zero, zero, zero);
+        let (mut error_latest, mut error_older) = (zero, zero);
+        for Tracked { error, changes: [newer, old], .. } in &self.radii {
+            latest = newer.error.mul_add(newer.error, latest);
+            mixed = newer.error.mul_add(old.error, mixed);
+            older = old.error.mul_add(old.error, older);
+            error_latest = newer.error.mul_add(*error, error_latest);
+            error_older = old.error.mul_add(*error, error_older);
+        }
+        self.begun = self.begun | lanes;
+        let slope = T::select(zero.lt(latest), mixed / latest, zero);
+        let rest = slope.subtract_from(mixed, older);
+        let independent = (T::splat(DEPENDENT) * older).lt(rest);
+        let second = T::select(independent, slope.subtract_from(error_latest, error_older) / rest, zero);
+        let first = T::select(zero.lt(latest), mixed.subtract_from(second, error_latest) / latest, zero);
+        Combination([first, second])
+    }
+
+    /// Where radius `k` goes.
+    #[inline(always)]
+    pub fn next(&self, k: usize, Combination([first, second]): &Combination<T>) -> T {
+        let Tracked { wanted, error, changes: [latest, older] } = &self.radii[k];
+        let wanted = second.subtract_from(older.wanted, first.subtract_from(latest.wanted, *wanted));
+        let error = second.subtract_from(older.error, first.subtract_from(latest.error, *error));
+        T::splat(1.0 - self.mixing).subtract_from(error, wanted).max(T::zero())
+    }
+}
+
+impl<T: Real> Tracked<T> {
+    #[inline(always)]
+    fn unknown() -> Self {
+        let zero = T::zero();
+        Self { wanted: zero, error: zero, changes: [Change { wanted: zero, error: zero }; DEPTH] }
+    }
+}
+
+/// Square of the sine of the angle between two changes below which the older one counts as a multiple of the latest.
+const DEPENDENT: f64 = 1e-8;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Radii after a move of each, towards those that `wanted` returns.
+    fn moved(anderson: &mut Anderson<f64>, radii: [f64; 2], wanted: impl Fn([f64; 2]) -> [f64; 2]) -> [f64; 2] {
+        for (k, (present, wanted)) in radii.into_iter().zip(wanted(radii)).enumerate() {
+            anderson.compare(k, Radius { present, wanted }, true);
+        }
+        let combination = anderson.combine(true);
+        [0, 1].map(|k| anderson.next(k, &combination))
+    }
+
+    /// Wanted radii x* + A (x - x*) with |eigenvalues of A| = 1.4, from which plain iteration goes away.
+    fn repelled([x, y]: [f64; 2]) -> [f64; 2] {
+        let (x, y) = (x - 100.0, y - 100.0);
+        [100.0 + 0.2 * x - 1.5 * y, 100.0 + 1.2 * x + 0.3 * y]
+    }
+
+    #[test]
+    fn two_radii_with_linear_errors_are_found_by_three_moves() {
+        for mixing in [0.5, 1.0] {
+            let (mut anderson, mut radii) = (Anderson::new(2, mixing), [101.0, 100.5]);
+            for _ in 0..3 {
+                radii = moved(&mut anderson, radii, repelled);
+            }
+            assert!(radii.iter().all(|radius| (radius - 100.0).abs() < 1e-9), "mixing {mixing}: {radii:?}");
+        }
+    }
+
+    #[test]
+    fn errors_that_never_change_and_radii_below_zero_are_harmless() {
+        let (mut anderson, mut radii) = (Anderson::new(2, 1.0), [1.0, 2.0]);
+        for _ in 0..5 {
+            radii = moved(&mut anderson, radii, |[x, y]| [x + 1.0, y - 1.0]);
+            assert!(radii.iter().all(|radius| radius.is_finite() && *radius >= 0.0), "{radii:?}");
+        }
+    }
+
+    #[test]
+    fn a_new_solve_knows_nothing_of_the_last_one() {
+        let mut used = Anderson::new(2, 0.5);
+        let mut radii = [101.0, 100.5];
+        for _ in 0..2 {
+            radii = moved(&mut used, radii, repelled);
+        }
+        used.start();
+        let again = moved(&mut used, [101.0, 100.5], repelled);
+        assert_eq!(again, moved(&mut Anderson::new(2, 0.5), [101.0, 100.5], repelled));
+    }
+}
