@@ -304,5 +304,5 @@ def test_a_robot_without_pitch_rocks_when_it_has_been_straight():
     print(f"a CG {lifted:.1f} mm higher, {drift[0]} mm in the first period")
     assert lifted > 0.5
     np.testing.assert_allclose(mirrored[0], drift[0] * [1.0, -1.0], atol=1e-3)
-    # An arc of 0.4 rad lands between two equilibria: errors of the solver decide on 1 to 10 mm.
+    # An arc of 0.4 rad lands between two equilibria, where errors of the solver decide.
     np.testing.assert_allclose(drift[0], [0.02, -0.90], atol=0.01)

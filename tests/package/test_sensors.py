@@ -329,7 +329,7 @@ def test_nothing_shows_obstacles_that_are_out_of_range_or_sight_and_touch_none_w
 
 @pytest.mark.parametrize("model", MODELS)
 def test_in_a_mirrored_scene_they_change_as_their_parities_say(model):
-    # Tighter than by default: a scene of pegs can magnify the errors of the solver a thousandfold in 20 periods.
+    # Tighter than by default: a scene of pegs can magnify the errors of the solver by orders of magnitude.
     solved = Integrator(tolerance=1e-8)
     env = sensing(2, BLOCKS, model=model, task="field", action_mode="joints", integrator=solved)
     actions = np.random.default_rng(2).uniform(-1.0, 1.0, (20, *env.single_action_space.shape))

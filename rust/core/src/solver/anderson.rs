@@ -20,7 +20,7 @@ pub(crate) struct Anderson<T: Real> {
     radii: Vec<Tracked<T>>,
     /// Lanes in which radii have been compared before.
     begun: T::Mask,
-    /// Share of the least error, which the last changes leave, by which radii go on.
+    /// Share of the error that is left by the combination by which radii go on.
     mixing: f64,
 }
 
@@ -40,7 +40,7 @@ struct Change<T> {
     error: T,
 }
 
-/// Combination theta of the last changes that are taken back.
+/// Multiples theta of the last changes that are taken back, the latest first.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Combination<T>([T; DEPTH]);
 

@@ -273,8 +273,8 @@ fn a_robot_that_has_straightened_itself_does_not_drift() {
         println!("case {case}: normal forces of a robot that has just been placed there differ by {other:.1e} N");
         // What stands keeps forces that balance to m v / c, 2.3e-4 N for the tolerance v and the stages of these steps. Those
         // of the first parts after a robot was placed, which are shorter, are no more accurate than that.
-        // A stage whose multipliers go round between states 1e-8 m/s apart ends in the fallback. Links weigh 6.7 N and share
-        // loads by the compliance, which yields by 5e-9 m/s in such a part.
+        // Links share loads by the compliance, which yields less than the tolerance of such a part. The fallback of a stage
+        // whose multipliers go round does not resolve that; 0.1 N is 1.5 % of a link's weight.
         let most = if report.fallbacks == 0 { 5e-4 } else { 0.1 };
         assert!(other < most, "case {case}: normal forces depend on how it came there");
         strict += u32::from(report.fallbacks == 0);

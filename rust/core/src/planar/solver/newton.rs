@@ -433,7 +433,7 @@ fn full_step<T: Real>(head: Vector2<T>, lanes: T::Mask) -> impl FnMut(&mut LinkT
 /// masses would show round-off in the impulses.
 pub(super) const TUNING: Tuning = Tuning { penalty: 1e6, ..Tuning::COMMON };
 
-/// Of the bounds, which mostly gain a factor of twenty per move without acceleration.
+/// Of the bounds, which mostly settle in a few full moves.
 const MIXING: f64 = 1.0;
 
 /// How much larger the certificate's residual may be than the norm of the remainder \[-\]: imbalances add up

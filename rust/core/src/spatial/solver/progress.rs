@@ -188,7 +188,7 @@ impl<T: Real> Progress<T> {
 const PATIENCE: f64 = 20.0;
 
 /// Change of a friction radius over the largest of all up to which its normal impulse counts as plausible: that of a
-/// contact that closes during a step may exceed the solution's a thousandfold.
+/// contact that closes during a step may exceed the solution's by orders of magnitude.
 const PLAUSIBLE: f64 = 2.0;
 
 /// Length of the next step over that of the last one from which on it needs no line search: Newton's method converges
