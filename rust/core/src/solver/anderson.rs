@@ -7,19 +7,14 @@ use crate::math::{Mask, Real};
 /// Moves that are remembered: the projection below is that onto a plane.
 const DEPTH: usize = 2;
 
-/// Radius of a disc, and the one that belongs to its present normal impulse \[N s\].
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Radius<T> {
-    pub present: T,
-    pub wanted: T,
-}
-
 /// What is known of a solve's friction radii.
 #[derive(Debug, Clone)]
 pub(crate) struct Anderson<T: Real> {
     radii: Vec<Tracked<T>>,
     /// Lanes in which radii have been compared before.
     begun: T::Mask,
+    /// Multiples theta of the last changes that are taken back, the latest first.
+    taken_back: [T; DEPTH],
     /// Share of the error that is left by the combination by which radii go on.
     mixing: f64,
 }
@@ -40,14 +35,11 @@ struct Change<T> {
     error: T,
 }
 
-/// Multiples theta of the last changes that are taken back, the latest first.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Combination<T>([T; DEPTH]);
-
 impl<T: Real> Anderson<T> {
     /// With room for so many friction discs.
     pub fn new(discs: usize, mixing: f64) -> Self {
-        Self { radii: Vec::with_capacity(discs), begun: T::Mask::of(|_| false), mixing }
+        let radii = Vec::with_capacity(discs);
+        Self { radii, begun: T::Mask::of(|_| false), taken_back: [T::zero(); DEPTH], mixing }
     }
 
     /// Forgets all.
@@ -57,28 +49,51 @@ impl<T: Real> Anderson<T> {
         self.begun = T::Mask::of(|_| false);
     }
 
-    /// Compares radius `k` with the wanted one in the given lanes.
+    /// Compares radii from number `first` on with those of the normal impulses, which stand beside them \[N s\], in the given
+    /// lanes.
     #[inline(always)]
-    pub fn compare(&mut self, k: usize, Radius { present, wanted }: Radius<T>, lanes: T::Mask) {
-        if k == self.radii.len() {
-            self.radii.push(Tracked::unknown());
-        }
-        let (radius, error) = (&mut self.radii[k], wanted - present);
+    pub fn compare<'a>(&mut self, first: usize, radii: impl IntoIterator<Item = (&'a mut T, T)>, lanes: T::Mask)
+    where
+        T: 'a,
+    {
         let known = lanes & self.begun;
-        let latest = Change { wanted: wanted - radius.wanted, error: error - radius.error };
-        for (older, newer) in [(1, radius.changes[0]), (0, latest)] {
-            let change = &mut radius.changes[older];
-            change.wanted = T::select(known, newer.wanted, change.wanted);
-            change.error = T::select(known, newer.error, change.error);
+        for (k, (present, wanted)) in (first..).zip(radii) {
+            if k == self.radii.len() {
+                self.radii.push(Tracked::unknown());
+            }
+            let (radius, error) = (&mut self.radii[k], wanted - *present);
+            let latest = Change { wanted: wanted - radius.wanted, error: error - radius.error };
+            for (older, newer) in [(1, radius.changes[0]), (0, latest)] {
+                let change = &mut radius.changes[older];
+                change.wanted = T::select(known, newer.wanted, change.wanted);
+                change.error = T::select(known, newer.error, change.error);
+            }
+            radius.wanted = T::select(lanes, wanted, radius.wanted);
+            radius.error = T::select(lanes, error, radius.error);
         }
-        radius.wanted = T::select(lanes, wanted, radius.wanted);
-        radius.error = T::select(lanes, error, radius.error);
     }
 
-    /// Once all radii are compared: the theta that minimise |e - theta_1 Delta e_1 - theta_2 Delta e_2|, by orthogonal
+    /// Moves radii from number `first` on, once all are compared and [combined](Self::combine).
+    #[inline(always)]
+    pub fn go<'a>(&self, first: usize, radii: impl IntoIterator<Item = (&'a mut T, T)>, lanes: T::Mask)
+    where
+        T: 'a,
+    {
+        let [newer, old] = self.taken_back;
+        for ((present, _), Tracked { wanted, error, changes: [latest, older] }) in
+            radii.into_iter().zip(&self.radii[first..])
+        {
+            let wanted = old.subtract_from(older.wanted, newer.subtract_from(latest.wanted, *wanted));
+            let error = old.subtract_from(older.error, newer.subtract_from(latest.error, *error));
+            let next = T::splat(1.0 - self.mixing).subtract_from(error, wanted).max(T::zero());
+            *present = T::select(lanes, next, *present);
+        }
+    }
+
+    /// The multiples theta of the last changes that minimise |e - theta_1 Delta e_1 - theta_2 Delta e_2|, by orthogonal
     /// projection. Changes that are not known, or no more than a multiple of another one, have none.
     #[inline(always)]
-    pub fn combine(&mut self, lanes: T::Mask) -> Combination<T> {
+    pub fn combine(&mut self, lanes: T::Mask) {
         let zero = T::zero();
         let (mut latest, mut mixed, mut older) = (zero, zero, zero);
         let (mut error_latest, mut error_older) = (zero, zero);
@@ -89,22 +104,13 @@ impl<T: Real> Anderson<T> {
             error_latest = newer.error.mul_add(*error, error_latest);
             error_older = old.error.mul_add(*error, error_older);
         }
-        self.begun = self.begun | lanes;
         let slope = T::select(zero.lt(latest), mixed / latest, zero);
         let rest = slope.subtract_from(mixed, older);
         let independent = (T::splat(DEPENDENT) * older).lt(rest);
         let second = T::select(independent, slope.subtract_from(error_latest, error_older) / rest, zero);
         let first = T::select(zero.lt(latest), mixed.subtract_from(second, error_latest) / latest, zero);
-        Combination([first, second])
-    }
-
-    /// Where radius `k` goes.
-    #[inline(always)]
-    pub fn next(&self, k: usize, Combination([first, second]): &Combination<T>) -> T {
-        let Tracked { wanted, error, changes: [latest, older] } = &self.radii[k];
-        let wanted = second.subtract_from(older.wanted, first.subtract_from(latest.wanted, *wanted));
-        let error = second.subtract_from(older.error, first.subtract_from(latest.error, *error));
-        T::splat(1.0 - self.mixing).subtract_from(error, wanted).max(T::zero())
+        self.taken_back = [first, second];
+        self.begun = self.begun | lanes;
     }
 }
 
@@ -124,12 +130,12 @@ mod tests {
     use super::*;
 
     /// Radii after a move of each, towards those that `wanted` returns.
-    fn moved(anderson: &mut Anderson<f64>, radii: [f64; 2], wanted: impl Fn([f64; 2]) -> [f64; 2]) -> [f64; 2] {
-        for (k, (present, wanted)) in radii.into_iter().zip(wanted(radii)).enumerate() {
-            anderson.compare(k, Radius { present, wanted }, true);
-        }
-        let combination = anderson.combine(true);
-        [0, 1].map(|k| anderson.next(k, &combination))
+    fn moved(anderson: &mut Anderson<f64>, mut radii: [f64; 2], wanted: impl Fn([f64; 2]) -> [f64; 2]) -> [f64; 2] {
+        let wanted = wanted(radii);
+        anderson.compare(0, radii.iter_mut().zip(wanted), true);
+        anderson.combine(true);
+        anderson.go(0, radii.iter_mut().zip(wanted), true);
+        radii
     }
 
     /// Wanted radii x* + A (x - x*) with |eigenvalues of A| = 1.4, from which plain iteration goes away.

@@ -18,7 +18,7 @@ mod ray_search;
 mod surface_term;
 
 pub(crate) use actuator_term::ActuatorTerm;
-pub(crate) use anderson::{Anderson, Combination, Radius};
+pub(crate) use anderson::Anderson;
 pub use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
 pub(crate) use coulomb_contacts::Contacts;
 pub use coulomb_laws::CoulombForm;

@@ -31,10 +31,8 @@ fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGa
 fn long_steps_on_the_course_do_not_go_round() {
     for step in [1.0 / 15.0, 0.05, 0.025] {
         let report = on_course(&implicit(step, 2)).advance(5.0, &undulation());
-        // A few stages meet the rule of the solver and not the certificate's ten tolerances; how many depends on round-off.
-        // One that went round would take all the iterations that it may, 200.
-        assert!(report.fallbacks <= 11 && report.unconverged == 0, "step {step}: {report:?}");
-        assert!(report.iterations < 10_000, "step {step}: {report:?}");
+        println!("step {step}: {} linear solves, {} fallbacks", report.iterations, report.fallbacks);
+        assert!(report.fallbacks == 0 && report.unconverged == 0, "step {step}: {report:?}");
     }
 }
 

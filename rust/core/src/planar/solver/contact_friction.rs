@@ -3,7 +3,7 @@
 use crate::laws::LimitedActuator;
 use crate::math::Real;
 use crate::rows::FrictionRow;
-use crate::solver::{Anderson, Combination, LawForm, Radius};
+use crate::solver::LawForm;
 
 use super::terms::RowTerm;
 use super::unilateral::{RowLaw, UnilateralTerm};
@@ -73,26 +73,16 @@ impl<P, T: Real> ContactFriction<P, T> {
         self.terms.iter_mut().for_each(|term| term.law.recentre(lanes));
     }
 
-    /// Compares the bounds with those of the normal impulses; that of the first term has number `first`.
+    /// Bounds, and those of the normal impulses \[N s\].
     #[inline(always)]
-    pub fn compare(
-        &self,
-        normal: &[RowTerm<P, UnilateralTerm<T>>],
-        anderson: &mut Anderson<T>,
-        first: usize,
-        lanes: T::Mask,
-    ) {
-        for (k, RowTerm { law, .. }) in self.terms.iter().enumerate() {
-            anderson.compare(first + k, Radius { present: law.law.limit, wanted: law.wanted(normal) }, lanes);
-        }
-    }
-
-    /// Moves the bounds.
-    #[inline(always)]
-    pub fn move_bounds(&mut self, anderson: &Anderson<T>, combination: &Combination<T>, first: usize, lanes: T::Mask) {
-        for (k, RowTerm { law, .. }) in self.terms.iter_mut().enumerate() {
-            law.law.limit = T::select(lanes, anderson.next(first + k, combination), law.law.limit);
-        }
+    pub fn bounds<'a>(
+        &'a mut self,
+        normal: &'a [RowTerm<P, UnilateralTerm<T>>],
+    ) -> impl Iterator<Item = (&'a mut T, T)> {
+        self.terms.iter_mut().map(|RowTerm { law, .. }| {
+            let wanted = law.wanted(normal);
+            (&mut law.law.limit, wanted)
+        })
     }
 
     #[inline(always)]

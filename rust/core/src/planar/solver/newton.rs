@@ -308,11 +308,11 @@ impl<T: Real> Newton<T> {
     fn move_bounds(&mut self, lanes: T::Mask) {
         let Self { anderson, obstacle_friction, contacts, self_contacts, .. } = self;
         let of_obstacles = obstacle_friction.terms.len();
-        obstacle_friction.compare(contacts, anderson, 0, lanes);
-        self_contacts.compare(anderson, of_obstacles, lanes);
-        let combination = anderson.combine(lanes);
-        obstacle_friction.move_bounds(anderson, &combination, 0, lanes);
-        self_contacts.move_bounds(anderson, &combination, of_obstacles, lanes);
+        anderson.compare(0, obstacle_friction.bounds(contacts), lanes);
+        anderson.compare(of_obstacles, self_contacts.bounds(), lanes);
+        anderson.combine(lanes);
+        anderson.go(0, obstacle_friction.bounds(contacts), lanes);
+        anderson.go(of_obstacles, self_contacts.bounds(), lanes);
     }
 
     /// Makes multipliers of the ground's friction, which are impulses, what belongs to these with a skin.

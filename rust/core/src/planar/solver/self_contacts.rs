@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::math::{Real, add_scaled};
 use crate::planar::{Stage, StageSolution};
-use crate::solver::{Anderson, Combination, EliminatedChain, LawForm, add};
+use crate::solver::{EliminatedChain, LawForm, add};
 
 use super::contact_friction::ContactFriction;
 use super::link_term::LinkTerm;
@@ -170,16 +170,10 @@ impl<T: Real> SelfContacts<T> {
         self.friction.recentre(lanes);
     }
 
-    /// As [`ContactFriction::compare`] does.
+    /// As [`ContactFriction::bounds`] does.
     #[inline(always)]
-    pub fn compare(&self, anderson: &mut Anderson<T>, first: usize, lanes: T::Mask) {
-        self.friction.compare(&self.terms, anderson, first, lanes);
-    }
-
-    /// As [`ContactFriction::move_bounds`] does.
-    #[inline(always)]
-    pub fn move_bounds(&mut self, anderson: &Anderson<T>, combination: &Combination<T>, first: usize, lanes: T::Mask) {
-        self.friction.move_bounds(anderson, combination, first, lanes);
+    pub fn bounds(&mut self) -> impl Iterator<Item = (&mut T, T)> {
+        self.friction.bounds(&self.terms)
     }
 
     /// Impulses of the contacts, and of their friction, in the given lanes.

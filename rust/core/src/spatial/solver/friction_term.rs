@@ -4,7 +4,6 @@ use nalgebra::Vector2;
 
 use crate::laws::{Disc, DiscEvaluation, Halves, Symmetric2};
 use crate::math::{Mask, Real};
-use crate::solver::Radius;
 
 use super::terms::select;
 
@@ -92,12 +91,6 @@ impl<T: Real> FrictionTerm<T> {
     #[inline(always)]
     pub fn release(&mut self) {
         self.held = T::Mask::of(|_| false);
-    }
-
-    /// The radius beside the `wanted` one.
-    #[inline(always)]
-    pub fn radius_beside(&self, wanted: T) -> Radius<T> {
-        Radius { present: self.radius, wanted }
     }
 
     /// Takes the `wanted` radius where it differs by no more than `largest_change`; returns by how much it did.

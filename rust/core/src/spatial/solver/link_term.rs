@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::laws::{Halves, Skin, SurfaceEvaluation, Symmetric2, Whole};
 use crate::math::{Mask, Real};
-use crate::solver::{ActuatorTerm, Radius, SurfaceTerm};
+use crate::solver::{ActuatorTerm, SurfaceTerm};
 
 use super::friction_term::{FrictionLaw, FrictionTerm};
 use super::sweep::{Quadratic, Segment, Symmetric, with_products};
@@ -282,15 +282,16 @@ impl<T: Real> LinkTerm<T> {
         velocity * self.mass
     }
 
-    /// Radii of [`Self::frictions`].
+    /// Radii of [`Self::frictions`], and those of the normal impulses \[N s\].
     #[inline(always)]
-    pub fn radii(&self, laws: &GroundLaws<T>) -> [Radius<T>; 3] {
-        let [front, rear] = &self.ends;
+    pub fn radii(&mut self, laws: &GroundLaws<T>) -> [(&mut T, T); 3] {
+        let [front, rear] = &mut self.ends;
         let load = front.normal.value + rear.normal.value;
+        let (of_front, of_rear) = (front.wanted_radius(laws), rear.wanted_radius(laws));
         [
-            front.friction.radius_beside(front.wanted_radius(laws)),
-            rear.friction.radius_beside(rear.wanted_radius(laws)),
-            self.rolling.radius_beside(laws.rolling.radius(load)),
+            (&mut front.friction.radius, of_front),
+            (&mut rear.friction.radius, of_rear),
+            (&mut self.rolling.radius, laws.rolling.radius(load)),
         ]
     }
 

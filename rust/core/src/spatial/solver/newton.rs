@@ -125,6 +125,21 @@ impl<T: Real> Newton<T> {
         progress.outcome
     }
 
+    /// Three more steps in full, in lanes that have converged: where the length of the next step is within the tolerance,
+    /// forces of stiff contacts are out of balance by up to the square root of the penalty times as much. Counts them.
+    #[inline(always)]
+    pub fn polish(&mut self, solution: &mut StageSolution<T>, outcome: &mut Outcome<T>, lanes: T::Mask) {
+        let following = T::select(lanes, T::splat(f64::INFINITY), T::splat(-1.0));
+        for _ in 0..3 {
+            if self.self_contacts.is_empty() {
+                self.substitute();
+            }
+            self.pass(T::splat(1.0), lanes, following, T::Mask::of(|_| false));
+            outcome.iterations += T::select(lanes, T::splat(1.0), T::zero());
+        }
+        self.write(solution);
+    }
+
     /// From now on contacts are open or closed, and stick or slip, as their velocities determine.
     #[inline(always)]
     fn release(&mut self) {
@@ -165,15 +180,21 @@ impl<T: Real> Newton<T> {
         let coupled = moving & !progress.is_hard() & !overshoots;
         let recentred = progress.recentre_next & coupled;
         let following = progress.following(here, coupled);
-        let there = if let Some(skin) = self.laws.skin {
+        let there = self.pass(fraction, moving, following, recentred);
+        progress.record(moving, coupled & there.radius_error.le(following), recentred);
+        there
+    }
+
+    /// [`assemble`](Self::assemble) by the code for the laws of the stage.
+    #[inline(always)]
+    fn pass(&mut self, fraction: T, moving: T::Mask, following: T, recentred: T::Mask) -> Assembly<T> {
+        if let Some(skin) = self.laws.skin {
             T::run(AssembleSkin { newton: self, skin, fraction, moving, following, recentred })
         } else if recentred.any() {
             self.assemble::<true>(Whole, fraction, moving, following, recentred)
         } else {
             self.assemble::<false>(Whole, fraction, moving, following, recentred)
-        };
-        progress.record(moving, coupled & there.radius_error.le(following), recentred);
-        there
+        }
     }
 
     /// From tail to head: twists a fraction of the step on in the lanes `moving`, forces and stiffnesses of all laws
@@ -314,26 +335,16 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn move_radii(&mut self, lanes: T::Mask) {
         let Self { anderson, links, obstacle_friction, contacts, laws, .. } = self;
-        let mut k = 0;
-        for link in links.iter() {
-            for radius in link.radii(laws) {
-                anderson.compare(k, radius, lanes);
-                k += 1;
-            }
-        }
-        while let Some(radius) = obstacle_friction.radius(k - 3 * links.len(), contacts) {
-            anderson.compare(k, radius, lanes);
-            k += 1;
-        }
-        let combination = anderson.combine(lanes);
+        let of_ground = 3 * links.len();
         for (i, link) in links.iter_mut().enumerate() {
-            for (j, friction) in link.frictions().into_iter().enumerate() {
-                friction.radius = T::select(lanes, anderson.next(3 * i + j, &combination), friction.radius);
-            }
+            anderson.compare(3 * i, link.radii(laws), lanes);
         }
-        for (j, friction) in obstacle_friction.frictions().enumerate() {
-            friction.radius = T::select(lanes, anderson.next(3 * links.len() + j, &combination), friction.radius);
+        anderson.compare(of_ground, obstacle_friction.radii(contacts), lanes);
+        anderson.combine(lanes);
+        for (i, link) in links.iter_mut().enumerate() {
+            anderson.go(3 * i, link.radii(laws), lanes);
         }
+        anderson.go(of_ground, obstacle_friction.radii(contacts), lanes);
     }
 
     #[inline(always)]

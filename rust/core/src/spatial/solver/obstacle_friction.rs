@@ -5,7 +5,6 @@ use nalgebra::Vector2;
 
 use crate::laws::Whole;
 use crate::math::Real;
-use crate::solver::Radius;
 use crate::spatial::spatial_vector::{Twist, Wrench};
 use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageSolution};
@@ -117,11 +116,11 @@ impl<T: Real> ObstacleFriction<T> {
         }
     }
 
-    /// Radius of contact `k`; none without friction.
+    /// Radii, and those of the normal impulses \[N s\].
     #[inline(always)]
-    pub fn radius(&self, k: usize, contacts: &[ObstacleTerm<T>]) -> Option<Radius<T>> {
-        let ObstacleFrictionTerm { law, friction, .. } = self.terms.get(k)?;
-        Some(friction.radius_beside(law.radius(contacts[k].normal.value)))
+    pub fn radii<'a>(&'a mut self, contacts: &'a [ObstacleTerm<T>]) -> impl Iterator<Item = (&'a mut T, T)> {
+        let terms = self.terms.iter_mut().zip(contacts);
+        terms.map(|(term, contact)| (&mut term.friction.radius, term.law.radius(contact.normal.value)))
     }
 
     #[inline(always)]

@@ -7,9 +7,9 @@ use crate::math::{Mask, Real, select_into};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
 use crate::spatial::spatial_vector::scaled;
-use crate::spatial::{Frame, StageDrive, StageLink, StageSolution, Twist, certify};
+use crate::spatial::{Frame, Spatial, StageDrive, StageLink, StageSolution, Twist, certify};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{ClosingRow, MovedAxis, SolvedStage, StageKernels};
+use crate::stepping::{ClosingRow, Model, MovedAxis, SolvedStage, StageKernels};
 
 use super::{GroundForces, Kept, Workspace};
 
@@ -89,7 +89,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     }
 
     /// Solves the stage from the guess and the last forces, without the solver where the robot stays at rest, and
-    /// certifies the solution.
+    /// certifies the solution; where that finds more than the solver's rule tells, the solution is polished.
     #[inline(always)]
     fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> SolvedStage<T> {
         let c = self.stage.coefficient;
@@ -113,7 +113,13 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
         outcome.converged = outcome.converged | stands;
         self.rest.write(stands, &mut self.solution);
-        let residual = certify(&self.stage, &self.solution).residual();
+        let mut residual = certify(&self.stage, &self.solution).residual();
+        let rough = outcome.converged & !stands & T::splat(Spatial::RESIDUAL_FACTOR * tolerance).lt(residual);
+        if rough.any() {
+            self.newton.polish(&mut self.solution, &mut outcome, rough);
+            self.rest.write(stands, &mut self.solution);
+            residual = certify(&self.stage, &self.solution).residual();
+        }
         SolvedStage { outcome, residual, gap: T::zero() }
     }
 
