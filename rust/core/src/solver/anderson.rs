@@ -79,12 +79,12 @@ impl<T: Real> Anderson<T> {
     where
         T: 'a,
     {
-        let [newer, old] = self.taken_back;
+        let [first_theta, second_theta] = self.taken_back;
         for ((present, _), Tracked { wanted, error, changes: [latest, older] }) in
             radii.into_iter().zip(&self.radii[first..])
         {
-            let wanted = old.subtract_from(older.wanted, newer.subtract_from(latest.wanted, *wanted));
-            let error = old.subtract_from(older.error, newer.subtract_from(latest.error, *error));
+            let wanted = second_theta.subtract_from(older.wanted, first_theta.subtract_from(latest.wanted, *wanted));
+            let error = second_theta.subtract_from(older.error, first_theta.subtract_from(latest.error, *error));
             let next = T::splat(1.0 - self.mixing).subtract_from(error, wanted).max(T::zero());
             *present = T::select(lanes, next, *present);
         }

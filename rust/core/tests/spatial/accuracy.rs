@@ -33,6 +33,8 @@ fn long_steps_on_the_course_do_not_go_round() {
         let report = on_course(&implicit(step, 2)).advance(5.0, &undulation());
         println!("step {step}: {} linear solves, {} fallbacks", report.iterations, report.fallbacks);
         assert!(report.fallbacks == 0 && report.unconverged == 0, "step {step}: {report:?}");
+        // A stage that went round would take up to 200.
+        assert!(report.iterations < 10_000, "step {step}: {report:?}");
     }
 }
 

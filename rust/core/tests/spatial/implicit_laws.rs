@@ -271,14 +271,14 @@ fn a_robot_that_has_straightened_itself_does_not_drift() {
         let report = simulation.advance(1.0, &still());
         let other = stood.iter().zip(simulation.ground_impulse()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         println!("case {case}: normal forces of a robot that has just been placed there differ by {other:.1e} N");
-        // Statics do not determine how 22 supports share the weight. What stands keeps forces that balance to m v / c,
-        // 2.3e-4 N for the tolerance v and the stages of these steps.
+        assert!(!report.diverged && report.unconverged == 0, "{report:?}");
+        // Statics do not determine how 22 supports share the weight, and multipliers of hard stages, which move many times, keep
+        // their sum only. Each link balances to m v / c, 2.3e-4 N for the tolerance v and the stages of these steps.
         let weight = simulation.robot().total_mass() * GRAVITY;
         for force in [stood.iter().sum::<f64>(), simulation.ground_impulse().iter().sum()] {
             assert!((force - weight).abs() < 5e-4, "case {case}: the ground carries {force} N instead of {weight} N");
         }
         assert!(largest_way(&before, simulation.state()) < 1e-10, "case {case}: drifts once it has been placed there");
-        assert_eq!(report.fallbacks, 0, "case {case}");
     }
     assert!(rest >= 7, "{rest} of 8 stand without a solve");
 }

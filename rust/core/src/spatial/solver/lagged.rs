@@ -113,8 +113,8 @@ impl CoulombNewton {
     }
 }
 
-/// Convex problems, the same without lags, and Newton steps for one of them. Lags settle slowly: of the stages of a climbing
-/// helix that come here, some are close to their tolerance after 40 problems and within it after 100.
+/// Convex problems, the same without lags, and Newton steps for one of them. Lags settle slowly: with 40 problems a stage of a
+/// climbing helix stays open (`test_a_helix_that_rolls_climbs_a_pole`).
 const MOST_PROBLEMS: u32 = 100;
 const MOST_AT_REST: u32 = 20;
 const MAX_ITERATIONS: u32 = 50;

@@ -126,7 +126,8 @@ impl<T: Real> Newton<T> {
     }
 
     /// Three more steps in full, in lanes that have converged: where the length of the next step is within the tolerance,
-    /// forces of stiff contacts are out of balance by up to the square root of the penalty times as much. Counts them.
+    /// forces of stiff contacts are out of balance by up to the square root of the penalty times as much. Counts the steps; what
+    /// `solution` has of other lanes afterwards means nothing.
     #[inline(always)]
     pub fn polish(&mut self, solution: &mut StageSolution<T>, outcome: &mut Outcome<T>, lanes: T::Mask) {
         let following = T::select(lanes, T::splat(f64::INFINITY), T::splat(-1.0));

@@ -150,8 +150,8 @@ impl<T: Real> Progress<T> {
         let goes_on = next.lt(T::splat(f64::INFINITY)) & self.outcome.iterations.lt(self.most);
         self.active = self.active & !(self.arrived & (self.outcome.converged | !goes_on));
         // A lane that has ended keeps its impulses while others continue.
-        let inner = next.le(T::splat(INNER_ACCURACY) * here.multiplier_error);
-        let recentre = solved & !exact & self.active & (inner | !hard);
+        let is_minimised = !hard | next.le(T::splat(INNER_ACCURACY) * here.multiplier_error);
+        let recentre = solved & !exact & self.active & is_minimised;
         let may_recentre = is_close & self.will_be_exact(next, here) & !exact & !self.recentred;
         self.recentre_next = self.active & self.arrived & self.followed & may_recentre;
         let (couple, move_radii) = (couple & self.active, move_radii & self.active);
@@ -206,12 +206,12 @@ const TRUST: f64 = 1e-2;
 /// The same in a hard stage, where the next radii depend on how errors change.
 const NEARLY_SOLVED: f64 = 1e-3;
 
-/// Length of the next step over the tolerance below which none is needed: the fewer of them imbalances of closed contacts,
-/// longer by up to the square root of the penalty, send to the polish, the smaller it is.
+/// Length of the next step over the tolerance below which none is needed. A smaller value leaves fewer stages to
+/// [`Newton::polish`](super::Newton::polish).
 const ACCURACY: f64 = 0.3;
 
-/// In a hard stage multipliers move when the next step is shorter than this times their error: method of multipliers with
-/// inner problems that are solved ever better.
+/// In a hard stage multipliers move once the next step is no longer than this times the error of the multipliers, so that
+/// convex problems are solved ever better.
 const INNER_ACCURACY: f64 = 10.0;
 
 /// Length of the next step over the largest friction radius from which on impulses are known to a few per cent, so that

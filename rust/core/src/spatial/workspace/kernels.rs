@@ -89,7 +89,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     }
 
     /// Solves the stage from the guess and the last forces, without the solver where the robot stays at rest, and
-    /// certifies the solution; where that finds more than the solver's rule tells, the solution is polished.
+    /// certifies the solution; one that meets the solver's rule and not the certificate's is polished, where that helps.
     #[inline(always)]
     fn solve(&mut self, tolerance: f64, max_iterations: u32, lanes: T::Mask) -> SolvedStage<T> {
         let c = self.stage.coefficient;
@@ -116,9 +116,12 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         let mut residual = certify(&self.stage, &self.solution).residual();
         let rough = outcome.converged & !stands & T::splat(Spatial::RESIDUAL_FACTOR * tolerance).lt(residual);
         if rough.any() {
-            self.newton.polish(&mut self.solution, &mut outcome, rough);
-            self.rest.write(stands, &mut self.solution);
-            residual = certify(&self.stage, &self.solution).residual();
+            self.polished.copy_from(&self.solution);
+            self.newton.polish(&mut self.polished, &mut outcome, rough);
+            let after = certify(&self.stage, &self.polished).residual();
+            let better = rough & after.lt(residual);
+            self.solution.select_into(better, &self.polished);
+            residual = T::select(better, after, residual);
         }
         SolvedStage { outcome, residual, gap: T::zero() }
     }

@@ -73,6 +73,8 @@ pub struct Workspace<T: Real> {
     pub forces: GroundForces<T>,
     pub stage: Stage<T>,
     pub solution: StageSolution<T>,
+    /// The same after further steps of the solver.
+    polished: StageSolution<T>,
     newton: Newton<T>,
     rest: RestCandidate<T>,
     fallback: LaneFallback,
@@ -146,6 +148,7 @@ impl<T: Real> Workspace<T> {
             forces: GroundForces::none(links),
             stage: empty_stage(system, movables),
             solution: StageSolution::new(links).among(movables),
+            polished: StageSolution::new(links).among(movables),
             newton: Newton::new(nodes),
             rest: RestCandidate::new(nodes),
             fallback: LaneFallback::new(links, movables),
