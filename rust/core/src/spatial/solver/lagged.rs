@@ -114,7 +114,7 @@ impl CoulombNewton {
 }
 
 /// Convex problems, the same without lags, and Newton steps for one of them. Lags settle slowly: with 40 problems a stage of a
-/// climbing helix stays open (`test_a_helix_that_rolls_climbs_a_pole`).
+/// climbing helix may stay open (`test_a_helix_that_rolls_climbs_a_pole`).
 const MOST_PROBLEMS: u32 = 100;
 const MOST_AT_REST: u32 = 20;
 const MAX_ITERATIONS: u32 = 50;

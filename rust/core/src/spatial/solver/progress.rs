@@ -228,6 +228,6 @@ const EXACT_AT_REST: f64 = 1e-7;
 /// tiny angle per step for hundreds of steps. With a thousandth soft robots crept by a micrometre per second.
 const EXACT_AT_LAST: f64 = 1e-6;
 
-/// Decrease below which nothing is searched for, in squared tolerances. With a thousandth steps at rest went round
-/// between states 1e-8 m/s apart, for as many solves as were allowed.
+/// Decrease below which nothing is searched for, in squared tolerances: short steps that are not searched may lead back to
+/// where they came from, most of all at rest, where multipliers settle to a millionth of the tolerance.
 const NEGLIGIBLE: f64 = 1e-7;
