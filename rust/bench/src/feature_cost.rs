@@ -341,7 +341,7 @@ mod tests {
     use super::*;
     use crate::fleet::at_start;
     use snake_core::planar::Fleet;
-    use snake_core::stepping::{Driven, ImplicitConfig};
+    use snake_core::stepping::{ImplicitConfig, Scripted};
 
     #[test]
     fn features_that_cannot_act_do_not_change_the_motion() {
@@ -352,8 +352,12 @@ mod tests {
         let [alone, far, nearly] = [free, among_far_pegs, elliptic].map(|scenario| {
             let system = scenario.system().unwrap();
             let mut robots = vec![at_start(&scenario, &system)];
-            Fleet::new(ImplicitConfig::default(), &system, 1).advance(&system, &mut robots, 5.0, |_| true);
-            robots[0].body().state.clone()
+            Fleet::new(ImplicitConfig::default(), &system, 1).advance(
+                &system,
+                robots.iter_mut().map(Scripted::driven),
+                5.0,
+            );
+            robots[0].body.state.clone()
         });
         assert_eq!(alone, far);
         let apart = alone.pose.iter().zip(&nearly.pose).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);

@@ -34,7 +34,7 @@ pub fn staggered(scenario: &Scenario, system: &PlanarSystem, count: usize) -> Re
     let mut fleet = Fleet::new(ImplicitConfig::default(), system, count);
     for k in 1..count {
         // Robot k takes part in the first k of all moves.
-        fleet.advance(system, &mut robots, STAGGER, |robot| robot >= k);
+        fleet.advance(system, robots[k..].iter_mut().map(Scripted::driven), STAGGER);
     }
     Ok(robots)
 }
@@ -53,7 +53,7 @@ pub struct Window {
 /// Lets a fleet that starts from `robots` move for one window.
 pub fn time_window(system: &PlanarSystem, fleet: &mut Fleet, robots: &[Undulator]) -> Window {
     let mut moving = robots.to_vec();
-    let ((), spent) = spent(|| fleet.advance(system, &mut moving, WINDOW, |_| true));
+    let ((), spent) = spent(|| fleet.advance(system, moving.iter_mut().map(Scripted::driven), WINDOW));
     let sum =
         |count: fn(&StepStatistics) -> u32| moving.iter().map(|robot| f64::from(count(&robot.body.statistics))).sum();
     Window {

@@ -40,7 +40,7 @@ impl TimedFleet {
         };
         let mut robots: Vec<_> = (0..ROBOTS).map(robot).collect();
         let mut fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
-        fleet.advance(&system, &mut robots, SETTLED, |_| true);
+        fleet.advance(&system, robots.iter_mut().map(Undulator::driven), SETTLED);
         Ok(Self { system, fleet, robots })
     }
 
@@ -58,7 +58,7 @@ impl TimedFleet {
         let mut moving = self.robots.clone();
         let mut count = 0;
         for _ in 0..SAMPLES {
-            self.fleet.advance(&self.system, &mut moving, WINDOW / SAMPLES as f64, |_| true);
+            self.fleet.advance(&self.system, moving.iter_mut().map(Undulator::driven), WINDOW / SAMPLES as f64);
             for robot in &moving {
                 count += robot.body.warm_start.self_contacts.pressed_pairs(robot.body.state.pose.len());
             }

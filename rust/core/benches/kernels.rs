@@ -99,7 +99,8 @@ fn period_of_eight_robots(criterion: &mut Criterion) {
         let mut fleet = Fleet::new(ImplicitConfig::default(), &system, 8);
         let robots = staggered(&system, &scene, start, &mut fleet);
         group.bench_function(name, |bencher| {
-            let period = |robots: &mut Vec<Undulator>| fleet.advance(&system, robots, 0.05, |_| true);
+            let period =
+                |robots: &mut Vec<Undulator>| fleet.advance(&system, robots.iter_mut().map(Scripted::driven), 0.05);
             bencher.iter_batched_ref(|| robots.clone(), period, BatchSize::SmallInput);
         });
     }
@@ -110,7 +111,7 @@ fn staggered(system: &PlanarSystem, scene: &SceneConfig, start: [f64; 3], fleet:
     let (pegs, angles) = (ObstacleGrid::of(&scene.obstacles), posture(&Wave::default(), LINKS - 1));
     let mut robots = vec![Scripted::new(&system.robot, pegs, start, &angles, Wave::default()); 8];
     for k in 0..8 {
-        fleet.advance(system, &mut robots, 0.1, |robot| robot >= k);
+        fleet.advance(system, robots[k..].iter_mut().map(Scripted::driven), 0.1);
     }
     robots
 }

@@ -25,7 +25,7 @@ pub struct JointTarget {
 
 /// Joint angles over time. `T` is the reference of one joint: [`JointTarget`], or [`CardanTarget`] in 3D. Joint 0 lies
 /// between links 0 and 1.
-pub trait Reference<T> {
+pub trait Reference<T>: Sync {
     /// The reference of `joint` at `time` \[s\].
     fn target(&self, joint: usize, time: f64) -> T;
 

@@ -7,7 +7,7 @@ use snake_core::obstacles::{Moved, Obstacle, Shape, Spring};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_FREE, SceneConfig};
 use snake_core::simulation::Simulation;
-use snake_core::stepping::{Body, CompiledModel, Fleet, ImplicitConfig, Scripted, StateOf, StepStatistics};
+use snake_core::stepping::{CompiledModel, Fleet, ImplicitConfig, Scripted, StateOf, StepStatistics};
 
 use crate::allocation::REQUESTS;
 use crate::flat::{Flat, Still, lying};
@@ -207,16 +207,16 @@ pub fn random_motion<M: Flat>(
 /// Eleven robots, of which more than three push something, move the same alone and among others.
 pub fn require_alike_in_every_company<M: CompiledModel, R: Reference<M::Target>>(
     system: &M::System,
-    robot: impl Fn(usize) -> Scripted<R, Body<M>>,
+    robot: impl Fn(usize) -> Scripted<R, M>,
 ) where
     StateOf<M>: Send,
-    Scripted<R, Body<M>>: Send,
+    Scripted<R, M>: Send,
 {
     let robots = || -> Vec<_> { (0..11).map(&robot).collect() };
-    let run = |robots: &mut [Scripted<R, Body<M>>], width: usize| -> Vec<StateOf<M>> {
+    let run = |robots: &mut [Scripted<R, M>], width: usize| -> Vec<StateOf<M>> {
         let mut fleet = Fleet::new(ImplicitConfig::default(), system, width);
         for _ in 0..60 {
-            fleet.advance(system, robots, 0.05, |_| true);
+            fleet.advance(system, robots.iter_mut().map(Scripted::driven), 0.05);
         }
         robots.iter().map(|robot| robot.body.state.clone()).collect()
     };

@@ -28,7 +28,7 @@ pub fn staggered(scenario: &SpatialScenario, system: &SpatialSystem) -> Result<V
     let mut fleet = SpatialFleet::new(ImplicitConfig::default(), system, ROBOTS);
     for k in 1..ROBOTS {
         // Robot k takes part in the first k of all moves.
-        fleet.advance(system, &mut robots, STAGGER, |robot| robot >= k);
+        fleet.advance(system, robots[k..].iter_mut().map(SpatialScripted::driven), STAGGER);
     }
     Ok(robots)
 }
@@ -36,5 +36,5 @@ pub fn staggered(scenario: &SpatialScenario, system: &SpatialSystem) -> Result<V
 /// Lets a fleet that starts from `robots` move for one window; returns its time on this thread.
 pub fn time_window(system: &SpatialSystem, fleet: &mut SpatialFleet, robots: &[Robot]) -> Spent {
     let mut moving = robots.to_vec();
-    spent(|| fleet.advance(system, &mut moving, WINDOW, |_| true)).1
+    spent(|| fleet.advance(system, moving.iter_mut().map(SpatialScripted::driven), WINDOW)).1
 }

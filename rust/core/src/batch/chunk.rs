@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::environment::{Environment, RobotModel};
-use crate::stepping::{Driven, Fleet};
+use crate::stepping::Fleet;
 
 use super::row::Row;
 
@@ -63,7 +63,9 @@ impl<M: RobotModel> Chunk<M> {
     fn advance(&mut self, prototype: &Environment<M>, observation: &mut [f32]) {
         let Self { rows, active, fleet, .. } = self;
         let (system, period) = (prototype.model().simulation().system(), prototype.rules().period);
-        let result = catch_unwind(AssertUnwindSafe(|| fleet.advance(system, rows, period, |row| active[row])));
+        let taking_part = rows.iter_mut().zip(&*active).filter(|(_, active)| **active);
+        let robots = taking_part.map(|(row, _)| row.environment.model_mut().driven());
+        let result = catch_unwind(AssertUnwindSafe(|| fleet.advance(system, robots, period)));
         if result.is_err() {
             let observations = observation.chunks_exact_mut(prototype.observation_size());
             let rows = rows.iter_mut().zip(active).zip(observations).filter(|((_, active), _)| **active);
@@ -85,7 +87,7 @@ impl<M: RobotModel> Chunk<M> {
         let rows = self.rows.iter_mut().zip(&mut self.active).zip(observations);
         for (index, ((row, active), observation)) in rows.enumerate().filter(|(_, ((_, active), _))| **active) {
             let result = catch_unwind(AssertUnwindSafe(|| {
-                row.body().interrupt.check();
+                row.environment.model().simulation().body().interrupt.check();
                 part(index, row, observation);
             }));
             if result.is_err() {

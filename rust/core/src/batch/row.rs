@@ -2,8 +2,6 @@
 
 use crate::environment::signal::Summary;
 use crate::environment::{Environment, Outcome, RobotModel};
-use crate::gait::{Reference, WaveJets};
-use crate::stepping::{Body, Driven, Model};
 
 /// One environment and what its last step or reset returned.
 #[derive(Debug, Clone)]
@@ -35,30 +33,6 @@ impl<M: RobotModel> Row<M> {
         self.environment.recover(prototype);
         self.keep(broken());
         observation.fill(0.0);
-    }
-}
-
-impl<M: RobotModel> Driven for Row<M> {
-    type Model = M::Model;
-
-    fn body(&self) -> &Body<M::Model> {
-        self.environment.model().simulation().body()
-    }
-
-    fn body_mut(&mut self) -> &mut Body<M::Model> {
-        self.environment.model_mut().simulation_mut().body_mut()
-    }
-
-    fn targets(&self, time: f64, targets: &mut [<M::Model as Model>::Target]) {
-        self.environment.model().reference().targets(time, targets);
-    }
-
-    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
-        self.environment.model().reference().travelling_wave(time)
-    }
-
-    fn torques(&self, time: f64, torques: &mut [f64]) -> bool {
-        self.environment.model().reference().torques(time, torques)
     }
 }
 

@@ -16,7 +16,7 @@ impl<R, T> Holding<R, T> {
     }
 }
 
-impl<R: Reference<T>, T: Copy> Reference<T> for Holding<R, T> {
+impl<R: Reference<T>, T: Copy + Sync> Reference<T> for Holding<R, T> {
     fn target(&self, joint: usize, time: f64) -> T {
         let held = self.held.iter().find(|(held, _)| *held == joint);
         held.map_or_else(|| self.reference.target(joint, time), |(_, target)| *target)

@@ -4,7 +4,7 @@ use crate::contact::{NearPair, PlacedLink, link_obstacle_gap};
 use crate::math::{Laned, Real};
 use crate::obstacles::{Moved, Nodes, ObstacleGrid};
 use crate::stepping::lanes::{Lanes, active, mask};
-use crate::stepping::{ContactImpulse, Driven, Members, SolvedRows};
+use crate::stepping::{ContactImpulse, Members, SolvedRows};
 
 use super::link_pairs::place_numbered;
 use super::workspace::{Motion, Workspace};
@@ -12,7 +12,7 @@ use super::{Planar, Stage};
 
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes at their predicted ends.
-    pub(super) fn detect_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes) {
+    pub(super) fn detect_contacts(&mut self, members: &mut Members<Planar>, pending: Lanes) {
         self.contacts.clear();
         let system = members.system;
         let has_obstacles = self.has_obstacles;
@@ -52,9 +52,9 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Keeps the contact forces as the next initial guess, and records which contacts close in the `solved` lanes.
-    pub(super) fn keep_forces<D: Driven<Model = Planar>>(
+    pub(super) fn keep_forces(
         &mut self,
-        members: &mut Members<D>,
+        members: &mut Members<Planar>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {

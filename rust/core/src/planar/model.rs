@@ -22,7 +22,7 @@ pub type Body = stepping::Body<Planar>;
 pub type Fleet = stepping::Fleet<Planar>;
 
 /// A planar robot that follows a reference.
-pub type Scripted<R> = stepping::Scripted<R, Body>;
+pub type Scripted<R> = stepping::Scripted<R, Planar>;
 
 impl Model for Planar {
     type System = PlanarSystem;

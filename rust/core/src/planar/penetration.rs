@@ -7,16 +7,16 @@
 use crate::contact::{NearPair, link_obstacle_contact};
 use crate::math::{Laned, Real};
 use crate::obstacles::{Moved, Nodes, ObstacleGrid};
+use crate::stepping::Members;
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::{ALLOWED, Sinking};
-use crate::stepping::{Driven, Members};
 
 use super::workspace::Workspace;
 use super::{Body, Heading, Planar, PlanarSystem};
 
 impl<T: Real> Workspace<T> {
     /// Examines the ends of the steps in the given lanes.
-    pub(super) fn measure_sinking<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
+    pub(super) fn measure_sinking(&mut self, members: &mut Members<Planar>, lanes: Lanes) {
         let system = members.system;
         for lane in active(lanes) {
             self.result.sinking[lane] = self.sinking_of(lane, system, members.body_mut(lane));

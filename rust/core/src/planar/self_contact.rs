@@ -10,7 +10,7 @@ use crate::math::{Laned, Mask, Real};
 use crate::obstacles::{Moved, Nodes};
 use crate::robot::Robot;
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
-use crate::stepping::{ContactImpulse, Driven, FoundFriction, FoundRows, Members, SolvedRows};
+use crate::stepping::{ContactImpulse, FoundFriction, FoundRows, Members, SolvedRows};
 
 use super::link_pairs::{place_in_lane, place_numbered};
 use super::workspace::{Motion, Workspace};
@@ -90,7 +90,7 @@ impl<T: Real> SelfContactDetection<T> {
 
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes with themselves at their predicted ends.
-    pub(super) fn detect_self_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes) {
+    pub(super) fn detect_self_contacts(&mut self, members: &mut Members<Planar>, pending: Lanes) {
         if !self.self_contacts.is_enabled() && self.room == 0 {
             return;
         }
@@ -127,9 +127,9 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Keeps the forces as the next initial guess, and records which contacts close in the `solved` lanes.
-    pub(super) fn keep_self_contacts<D: Driven<Model = Planar>>(
+    pub(super) fn keep_self_contacts(
         &mut self,
-        members: &mut Members<D>,
+        members: &mut Members<Planar>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {

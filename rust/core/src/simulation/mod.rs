@@ -26,7 +26,7 @@ use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
 use crate::spatial::ball_gap;
 use crate::stepping::{
-    Body, Clock, CompiledModel, Fleet, Model, Record, Scripted, StateOf, StepStatistics, WarmStart, steps_in,
+    Body, Clock, CompiledModel, Driven, Fleet, Model, Record, StateOf, StepStatistics, WarmStart, steps_in,
 };
 
 /// A model of which a robot can be simulated by itself.
@@ -160,9 +160,9 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
     }
 
     /// Integrates over `duration` in equal steps no longer than the configured one.
-    pub fn advance(&mut self, duration: f64, reference: &impl Reference<M::Target>) -> StepStatistics {
+    pub fn advance(&mut self, duration: f64, reference: &dyn Reference<M::Target>) -> StepStatistics {
         let Self { system, body, scheme } = self;
-        scheme.advance(system, &mut Scripted { body: &mut *body, reference }, duration);
+        scheme.advance(system, Driven { body, reference }, duration);
         body.statistics
     }
 

@@ -12,7 +12,7 @@ pub trait Scheme<M: Model>: Debug + Clone {
     fn step(&self) -> f64;
 
     /// Integrates over `duration` in equal steps no longer than [`Self::step`].
-    fn advance<D: Driven<Model = M>>(&mut self, system: &M::System, robot: &mut D, duration: f64);
+    fn advance(&mut self, system: &M::System, robot: Driven<M>, duration: f64);
 
     /// The robot was placed: clears what earlier steps have left.
     fn clear(&mut self) {}
@@ -36,8 +36,8 @@ impl<M: CompiledModel> Scheme<M> for Fleet<M> {
         self.accuracy().step
     }
 
-    fn advance<D: Driven<Model = M>>(&mut self, system: &M::System, robot: &mut D, duration: f64) {
-        Fleet::advance(self, system, std::slice::from_mut(robot), duration, |_| true);
+    fn advance(&mut self, system: &M::System, robot: Driven<M>, duration: f64) {
+        Fleet::advance(self, system, [robot], duration);
     }
 }
 

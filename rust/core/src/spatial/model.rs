@@ -23,7 +23,7 @@ pub type SpatialBody = stepping::Body<Spatial>;
 pub type SpatialFleet = stepping::Fleet<Spatial>;
 
 /// A spatial robot that follows a reference.
-pub type SpatialScripted<R> = stepping::Scripted<R, SpatialBody>;
+pub type SpatialScripted<R> = stepping::Scripted<R, Spatial>;
 
 impl Model for Spatial {
     type System = SpatialSystem;

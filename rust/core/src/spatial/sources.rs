@@ -3,8 +3,8 @@
 
 use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
+use crate::stepping::Members;
 use crate::stepping::lanes::{Lanes, active};
-use crate::stepping::{Driven, Members};
 
 use super::Spatial;
 use super::obstacle_contacts::MARGIN;
@@ -12,7 +12,7 @@ use super::workspace::Workspace;
 
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes at their predicted ends.
-    pub(super) fn find_rows<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, pending: Lanes) {
+    pub(super) fn find_rows(&mut self, members: &Members<Spatial>, pending: Lanes) {
         self.contacts.clear();
         active(pending).for_each(|lane| self.supports[lane].clear());
         let links = &members.system.robot.links;
@@ -40,7 +40,7 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Examines the ends of the members' steps.
-    pub(super) fn measure_sinking<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, lanes: Lanes) {
+    pub(super) fn measure_sinking(&mut self, members: &Members<Spatial>, lanes: Lanes) {
         let links = &members.system.robot.links;
         for lane in active(lanes) {
             let mut sinking = self.sinking_into_obstacles(lane, links, &members.body(lane).obstacles);

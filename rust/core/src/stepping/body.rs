@@ -5,13 +5,13 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::gait::{Reference, WaveJets};
+use crate::gait::Reference;
 use crate::interrupt::Interrupt;
 use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 
 use super::closing::Closing;
-use super::model::{Driven, Model, WarmStart};
+use super::model::{Model, WarmStart};
 use super::obstacle_impulses::ObstacleImpulses;
 use super::state::{RobotState, StateOf};
 use super::{PlantParameters, Record, StepStatistics};
@@ -156,68 +156,21 @@ impl<M: Model> Body<M> {
     }
 }
 
-/// A body, owned or borrowed.
-pub trait HasBody {
-    type Model: Model;
-    fn body(&self) -> &Body<Self::Model>;
-    fn body_mut(&mut self) -> &mut Body<Self::Model>;
+/// A body and the reference that its joints follow: what schemes advance.
+pub struct Driven<'a, M: Model> {
+    pub body: &'a mut Body<M>,
+    pub reference: &'a dyn Reference<M::Target>,
 }
 
-impl<M: Model> HasBody for Body<M> {
-    type Model = M;
-
-    fn body(&self) -> &Body<M> {
-        self
-    }
-
-    fn body_mut(&mut self) -> &mut Body<M> {
-        self
-    }
-}
-
-impl<M: Model> HasBody for &mut Body<M> {
-    type Model = M;
-
-    fn body(&self) -> &Body<M> {
-        self
-    }
-
-    fn body_mut(&mut self) -> &mut Body<M> {
-        self
-    }
-}
-
-/// A body that follows a reference; both may be borrowed.
+/// A robot by itself with the reference that it follows.
 #[derive(Debug, Clone)]
-pub struct Scripted<R, B> {
-    pub body: B,
+pub struct Scripted<R, M: Model> {
+    pub body: Body<M>,
     pub reference: R,
 }
 
-impl<B: HasBody, R: Reference<<B::Model as Model>::Target>> Driven for Scripted<R, B> {
-    type Model = B::Model;
-
-    fn body(&self) -> &Body<B::Model> {
-        self.body.body()
-    }
-
-    fn body_mut(&mut self) -> &mut Body<B::Model> {
-        self.body.body_mut()
-    }
-
-    fn targets(&self, time: f64, targets: &mut [<B::Model as Model>::Target]) {
-        self.reference.targets(time, targets);
-    }
-
-    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
-        self.reference.travelling_wave(time)
-    }
-
-    fn torques(&self, time: f64, torques: &mut [f64]) -> bool {
-        self.reference.torques(time, torques)
-    }
-
-    fn next_jump(&self, time: f64) -> f64 {
-        self.reference.next_jump(time)
+impl<R: Reference<M::Target>, M: Model> Scripted<R, M> {
+    pub fn driven(&mut self) -> Driven<'_, M> {
+        Driven { body: &mut self.body, reference: &self.reference }
     }
 }

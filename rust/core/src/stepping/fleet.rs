@@ -1,16 +1,19 @@
 //! Many robots of one system advanced together by the default scheme.
 
+use std::fmt::{self, Debug, Formatter};
+
 use crate::math::Real;
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use crate::math::Wide4;
 #[cfg(target_arch = "x86_64")]
 use crate::math::Wide8;
 
+use super::body::Driven;
 use super::group::{Group, Verdicts};
 use super::kernels::{Compiled, CompiledModel};
 use super::lane_count::lanes_for;
 use super::lanes::Members;
-use super::model::{Driven, Model};
+use super::model::Model;
 use super::plan::{Interval, StepPlan};
 use super::queues::Queues;
 use super::start::first_part;
@@ -24,7 +27,7 @@ pub struct Fleet<M: Model> {
     config: ImplicitConfig,
     accuracy: Accuracy,
     width: Width<M>,
-    members: Vec<usize>,
+    robots: Spare<M>,
     plans: Vec<StepPlan>,
     queues: Queues,
     targets: Vec<M::Target>,
@@ -47,7 +50,7 @@ impl<M: CompiledModel> Fleet<M> {
             config,
             accuracy: config.accuracy(&M::ACCURACY),
             width: Width::choose(&config, system, robots),
-            members: Vec::with_capacity(robots),
+            robots: Spare(Vec::with_capacity(robots)),
             plans: Vec::with_capacity(robots),
             queues: Queues::with_capacity(robots),
             targets: vec![M::Target::default(); M::robot(system).joint_count()],
@@ -59,40 +62,58 @@ impl<M: CompiledModel> Fleet<M> {
         &self.accuracy
     }
 
-    /// Integrates the robots chosen by `takes_part` over `duration` in equal steps no longer than the configured one. A
-    /// robot whose state becomes implausible keeps its last plausible one and is flagged.
-    pub fn advance<D: Driven<Model = M>>(
-        &mut self,
-        system: &M::System,
-        robots: &mut [D],
-        duration: f64,
-        takes_part: impl Fn(usize) -> bool,
-    ) {
-        let Self { config, accuracy, width, members, plans, queues, targets } = self;
-        members.clear();
-        members.extend((0..robots.len()).filter(|&index| takes_part(index)));
-        members.iter().for_each(|&member| robots[member].body_mut().begin());
+    /// Integrates `robots` over `duration` in equal steps no longer than the configured one. A robot whose state becomes
+    /// implausible keeps its last plausible one and is flagged.
+    pub fn advance<'r>(&mut self, system: &M::System, robots: impl IntoIterator<Item = Driven<'r, M>>, duration: f64) {
+        let mut list: Vec<Driven<'r, M>> = std::mem::take(&mut self.robots.0);
+        list.extend(robots);
+        self.advance_all(system, &mut list, duration);
+        self.robots = Spare::of(list);
+    }
+
+    fn advance_all(&mut self, system: &M::System, robots: &mut [Driven<M>], duration: f64) {
+        let Self { config, accuracy, width, plans, queues, targets, .. } = self;
+        robots.iter_mut().for_each(|robot| robot.body.begin());
         if duration <= 0.0 {
             return;
         }
         let interval = Interval::new(config, accuracy, duration);
-        members.iter().for_each(|&member| prepare(system, &mut robots[member], accuracy.step, targets));
+        robots.iter_mut().for_each(|robot| prepare(system, robot, accuracy.step, targets));
         plans.clear();
         plans.resize(robots.len(), StepPlan::at_start(&interval));
-        let mut run = Run { config, system, robots, members, plans, queues, interval };
+        let mut run = Run { config, system, robots, plans, queues, interval };
         match width {
-            Width::One(group) => run.advance(group),
+            Width::One(group) => M::advance(group, &mut run),
             #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-            Width::Four(group) => run.advance(group),
+            Width::Four(group) => M::advance(group, &mut run),
             #[cfg(target_arch = "x86_64")]
-            Width::Eight(group) => run.advance(group),
+            Width::Eight(group) => M::advance(group, &mut run),
         }
-        for &member in members.iter() {
-            let body = robots[member].body_mut();
-            if !body.statistics.diverged {
-                M::from_reduced(system, body);
-            }
-        }
+        let sound = robots.iter_mut().filter(|robot| !robot.body.statistics.diverged);
+        sound.for_each(|robot| M::from_reduced(system, robot.body));
+    }
+}
+
+/// An empty list of robots, whose memory is used again.
+struct Spare<M: Model>(Vec<Driven<'static, M>>);
+
+impl<M: Model> Spare<M> {
+    /// Collected in place: no robot is left that would live as long as the list.
+    fn of(mut list: Vec<Driven<M>>) -> Self {
+        list.clear();
+        Self(list.into_iter().map(|_| unreachable!("the list is empty")).collect())
+    }
+}
+
+impl<M: Model> Clone for Spare<M> {
+    fn clone(&self) -> Self {
+        Self(Vec::with_capacity(self.0.capacity()))
+    }
+}
+
+impl<M: Model> Debug for Spare<M> {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        write!(f, "Spare({})", self.0.capacity())
     }
 }
 
@@ -100,54 +121,48 @@ impl<M: CompiledModel> Width<M> {
     fn choose(config: &ImplicitConfig, system: &M::System, robots: usize) -> Self {
         match lanes_for(robots) {
             #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-            Wide4::LANES => Width::Four(Box::new(Group::new(config, system))),
+            Wide4::LANES => Width::Four(M::group(config, system)),
             #[cfg(target_arch = "x86_64")]
-            Wide8::LANES => Width::Eight(Box::new(Group::new(config, system))),
-            _ => Width::One(Box::new(Group::new(config, system))),
+            Wide8::LANES => Width::Eight(M::group(config, system)),
+            _ => Width::One(M::group(config, system)),
         }
     }
 }
 
 /// Prepares a robot for an interval: its reduced coordinates, and how long the first part of a robot that was just placed
 /// is: short unless it was placed in motion with its reference. `step` is the configured one \[s\].
-fn prepare<D: Driven>(
-    system: &<D::Model as Model>::System,
-    robot: &mut D,
-    step: f64,
-    targets: &mut [<D::Model as Model>::Target],
-) {
-    D::Model::to_reduced(system, robot.body_mut());
-    if robot.body().clock.next > 0.0 {
+fn prepare<M: Model>(system: &M::System, robot: &mut Driven<M>, step: f64, targets: &mut [M::Target]) {
+    let Driven { body, reference } = robot;
+    M::to_reduced(system, body);
+    if body.clock.next > 0.0 {
         return;
     }
-    robot.targets(robot.body().state.time, targets);
-    let is_following = D::Model::follows(system, robot.body(), targets);
-    robot.body_mut().clock.next = if is_following { step } else { first_part(step) };
+    reference.targets(body.state.time, targets);
+    body.clock.next = if M::follows(system, body, targets) { step } else { first_part(step) };
 }
 
 /// One call of [`Fleet::advance`].
-struct Run<'a, D: Driven> {
+pub struct Run<'a, 'r, M: Model> {
     config: &'a ImplicitConfig,
-    system: &'a <D::Model as Model>::System,
-    robots: &'a mut [D],
-    members: &'a [usize],
+    system: &'a M::System,
+    robots: &'a mut [Driven<'r, M>],
     plans: &'a mut [StepPlan],
     queues: &'a mut Queues,
     interval: Interval,
 }
 
-impl<D: Driven> Run<'_, D> {
+impl<M: Model> Run<'_, '_, M> {
     /// Each robot follows its own plan to the end of the interval; robots are regrouped for every part.
-    fn advance<T: Real>(&mut self, group: &mut Group<D::Model, T>)
+    pub fn advance<T: Real>(&mut self, group: &mut Group<M, T>)
     where
-        D::Model: Compiled<T>,
+        M: Compiled<T>,
     {
         self.queues.clear();
-        for &member in self.members {
+        for member in 0..self.robots.len() {
             self.enqueue(member);
         }
         while !self.queues.is_empty() {
-            self.robots[self.members[0]].body().interrupt.check();
+            self.robots[0].body.interrupt.check();
             let round = self.queues.next_round(T::LANES, |member| self.plans[member].position());
             for members in round.second_order.chunks(T::LANES) {
                 let lengths = self.lengths(members);
@@ -168,7 +183,7 @@ impl<D: Driven> Run<'_, D> {
     /// Chooses the next part of a robot, unless it has reached the end, and queues it.
     fn enqueue(&mut self, member: usize) {
         let (plan, robot) = (&mut self.plans[member], &mut self.robots[member]);
-        if plan.has_ended(&self.interval) || robot.body().statistics.diverged {
+        if plan.has_ended(&self.interval) || robot.body.statistics.diverged {
             return;
         }
         plan.choose_part(&self.interval, robot);
@@ -185,13 +200,13 @@ impl<D: Driven> Run<'_, D> {
     }
 
     fn may_fail(&self, member: usize) -> bool {
-        let spent = self.robots[member].body().step_solves;
+        let spent = self.robots[member].body.step_solves;
         self.plans[member].part.may_fail && solves_left(spent, self.config.max_iterations) > 0
     }
 
     fn conclude(&mut self, members: &[usize], verdicts: &Verdicts) {
         for (lane, &member) in members.iter().enumerate() {
-            let (plan, body) = (&mut self.plans[member], self.robots[member].body_mut());
+            let (plan, body) = (&mut self.plans[member], &mut *self.robots[member].body);
             if verdicts.postponed[lane] {
                 self.queues.push(member, &plan.part);
                 continue;

@@ -18,7 +18,7 @@ use super::body::Trial;
 use super::energy::EnergyLedger;
 use super::kernels::{Compiled, Operation, Request};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
-use super::model::{Driven, Model};
+use super::model::Model;
 use super::sdirk::{EXTRAPOLATION, GAMMA};
 use super::stage::{ContactImpulse, StageInput, StageOutput};
 use super::statistics::StepStatistics;
@@ -63,7 +63,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
 
     /// Euler steps of lengths `h`. Those that `may_fail` and take a penetration too deep are rejected; those whose stage
     /// ended far from its prediction may be postponed.
-    pub fn euler_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T, may_fail: Lanes) -> Verdicts {
+    pub fn euler_step(&mut self, members: &mut Members<M>, h: T, may_fail: Lanes) -> Verdicts {
         self.load(members);
         let lanes = members.lanes();
         let postponed = self.run_stage(members, lanes, h, h, AfterMisprediction::Later);
@@ -84,7 +84,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
 
     /// Steps of second order of lengths `h`. Those in which forces change abruptly or that take a penetration too deep
     /// are rejected; those whose first stage ended far from its prediction may be postponed.
-    pub fn sdirk_step<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, h: T) -> Verdicts {
+    pub fn sdirk_step(&mut self, members: &mut Members<M>, h: T) -> Verdicts {
         let c = T::splat(GAMMA) * h;
         self.load(members);
         let lanes = members.lanes();
@@ -116,14 +116,14 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     /// Records what the parts of the given lanes say of the next ones.
-    fn keep_trial<D: Driven<Model = M>>(&self, members: &mut Members<D>, lanes: Lanes) {
+    fn keep_trial(&self, members: &mut Members<M>, lanes: Lanes) {
         for lane in active(lanes) {
             let (deviation, closing) = (self.relative_deviation(lane), *self.workspace.closing(lane));
             members.body_mut(lane).trial = Trial { deviation, closing };
         }
     }
 
-    fn load<D: Driven<Model = M>>(&mut self, members: &mut Members<D>) {
+    fn load(&mut self, members: &mut Members<M>) {
         self.workspace.load(members);
         self.first_contact_impulses.clear();
         self.solves.fill(0);
@@ -135,9 +135,9 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     /// Solves one stage of coefficient `c`, which ends `end` after the start of the step, in the given lanes. Where it
     /// ends far from its prediction, it is predicted again from its own end and solved again, at once or later; returns
     /// the lanes in which that is done later.
-    fn run_stage<D: Driven<Model = M>>(
+    fn run_stage(
         &mut self,
-        members: &mut Members<D>,
+        members: &mut Members<M>,
         lanes: Lanes,
         c: T,
         end: T,
@@ -183,7 +183,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         NO_LANES
     }
 
-    fn read_references<D: Driven<Model = M>>(&mut self, members: &Members<D>, end: T) {
+    fn read_references(&mut self, members: &Members<M>, end: T) {
         let waving = self.workspace.read_waves(members, end);
         if waving != NO_LANES {
             M::run(&mut self.workspace, Operation::FollowWaves);
@@ -192,7 +192,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     /// Solves the stage in all lanes, and by the fallback where that fails; see [`super::verdict`].
-    fn solve<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
+    fn solve(&mut self, members: &mut Members<M>, lanes: Lanes) {
         let (tolerance, max_iterations) = (self.accuracy.tolerance, self.max_iterations);
         let solved = M::solve(&mut self.workspace, Request { tolerance, max_iterations, lanes: mask::<T>(lanes) });
         for lane in active(lanes) {
@@ -222,7 +222,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     /// Keeps work and impulses of pegs of the first stage until the step is accepted.
-    fn keep_first_stage<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
+    fn keep_first_stage(&mut self, members: &mut Members<M>, lanes: Lanes) {
         self.first_energy = *self.workspace.kept_energy();
         std::mem::swap(&mut self.first_contact_impulses, &mut self.contact_impulses);
         self.workspace.keep_first_stage();
@@ -234,7 +234,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     /// Adds the first stage's share, `EXTRAPOLATION` times its impulses.
-    fn add_first_stage<D: Driven<Model = M>>(&self, members: &mut Members<D>, lanes: Lanes) {
+    fn add_first_stage(&self, members: &mut Members<M>, lanes: Lanes) {
         for lane in active(lanes) {
             let body = members.body_mut(lane);
             body.statistics.add_work(&self.first_energy, lane, EXTRAPOLATION);
@@ -247,7 +247,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     }
 
     /// The stage's end becomes the robots' state after steps of lengths `h`; its work and impulses count once.
-    fn accept<D: Driven<Model = M>>(&mut self, members: &mut Members<D>, lanes: Lanes, h: T) {
+    fn accept(&mut self, members: &mut Members<M>, lanes: Lanes, h: T) {
         let system = members.system;
         for lane in active(lanes) {
             let (body, h) = (members.body_mut(lane), h.lane(lane));
@@ -288,9 +288,9 @@ enum AfterMisprediction {
 }
 
 /// Adds contact impulses, times `weight`, to the robots' sums.
-fn add_contact_impulses<D: Driven>(
+fn add_contact_impulses<M: Model>(
     contact_impulses: &[ContactImpulse],
-    members: &mut Members<D>,
+    members: &mut Members<M>,
     lanes: Lanes,
     weight: f64,
 ) {

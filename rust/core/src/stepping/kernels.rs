@@ -1,7 +1,7 @@
-//! The arithmetic of stages, compiled once for every width of register.
+//! Stages and the steps that are made of them, compiled once for every width of register.
 //!
 //! [`Real::run`] switches the instruction set on and inlines all of a kernel. Without the non-generic functions that
-//! [`compile_kernels!`] writes, every crate that steps robots would compile all kernels again.
+//! [`compile_kernels!`] writes, every crate that steps robots would compile all of it again.
 
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use crate::math::Wide4;
@@ -9,6 +9,9 @@ use crate::math::Wide4;
 use crate::math::Wide8;
 use crate::math::{Kernel, Real};
 
+use super::ImplicitConfig;
+use super::fleet::Run;
+use super::group::Group;
 use super::model::Model;
 use super::stage::{SolvedStage, StageKernels};
 
@@ -36,6 +39,8 @@ pub struct Request<T: Real> {
 pub trait Compiled<T: Real>: Model {
     fn run(workspace: &mut Self::Workspace<T>, operation: Operation<T>);
     fn solve(workspace: &mut Self::Workspace<T>, request: Request<T>) -> SolvedStage<T>;
+    fn group(config: &ImplicitConfig, system: &Self::System) -> Box<Group<Self, T>>;
+    fn advance(group: &mut Group<Self, T>, run: &mut Run<Self>);
 }
 
 /// A model whose kernels are compiled for every width.
@@ -113,6 +118,17 @@ macro_rules! compile_kernels {
                 request: $crate::stepping::kernels::Request<$real>,
             ) -> $crate::stepping::SolvedStage<$real> {
                 <$real as $crate::math::Real>::run($crate::stepping::kernels::Solve { workspace, request })
+            }
+
+            fn group(
+                config: &$crate::stepping::ImplicitConfig,
+                system: &<$model as $crate::stepping::Model>::System,
+            ) -> Box<$crate::stepping::Group<$model, $real>> {
+                Box::new($crate::stepping::Group::new(config, system))
+            }
+
+            fn advance(group: &mut $crate::stepping::Group<$model, $real>, run: &mut $crate::stepping::Run<$model>) {
+                run.advance(group);
             }
         }
     };

@@ -2,8 +2,8 @@
 
 use crate::math::{MAX_LANES, Mask, Real};
 
-use super::body::Body;
-use super::model::{Driven, Model};
+use super::body::{Body, Driven};
+use super::model::Model;
 
 /// A truth value for each lane.
 pub type Lanes = [bool; MAX_LANES];
@@ -11,29 +11,29 @@ pub type Lanes = [bool; MAX_LANES];
 pub const NO_LANES: Lanes = [false; MAX_LANES];
 
 /// The robots that share a register for one step, with the system that they are copies of.
-pub struct Members<'a, D: Driven> {
-    pub system: &'a <D::Model as Model>::System,
-    robots: &'a mut [D],
+pub struct Members<'a, 'r, M: Model> {
+    pub system: &'a M::System,
+    robots: &'a mut [Driven<'r, M>],
     indices: &'a [usize],
 }
 
-impl<'a, D: Driven> Members<'a, D> {
-    pub fn new(system: &'a <D::Model as Model>::System, robots: &'a mut [D], indices: &'a [usize]) -> Self {
+impl<'a, 'r, M: Model> Members<'a, 'r, M> {
+    pub fn new(system: &'a M::System, robots: &'a mut [Driven<'r, M>], indices: &'a [usize]) -> Self {
         Self { system, robots, indices }
     }
 
     /// The robot of a lane, the first one where there is none: lanes without a robot repeat it.
-    pub fn robot(&self, lane: usize) -> &D {
+    pub fn robot(&self, lane: usize) -> &Driven<'r, M> {
         &self.robots[*self.indices.get(lane).unwrap_or(&self.indices[0])]
     }
 
-    pub fn body(&self, lane: usize) -> &Body<D::Model> {
-        self.robot(lane).body()
+    pub fn body(&self, lane: usize) -> &Body<M> {
+        self.robot(lane).body
     }
 
     /// The body of a lane that has a robot.
-    pub fn body_mut(&mut self, lane: usize) -> &mut Body<D::Model> {
-        self.robots[self.indices[lane]].body_mut()
+    pub fn body_mut(&mut self, lane: usize) -> &mut Body<M> {
+        self.robots[self.indices[lane]].body
     }
 
     /// The lanes that have a robot.
@@ -42,8 +42,8 @@ impl<'a, D: Driven> Members<'a, D> {
     }
 
     /// Whether any of the robots satisfies `is_so`.
-    pub fn any(&self, is_so: impl Fn(&Body<D::Model>) -> bool) -> bool {
-        self.indices.iter().any(|&index| is_so(self.robots[index].body()))
+    pub fn any(&self, is_so: impl Fn(&Body<M>) -> bool) -> bool {
+        self.indices.iter().any(|&index| is_so(self.robots[index].body))
     }
 }
 

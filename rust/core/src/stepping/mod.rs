@@ -38,7 +38,7 @@ mod verdict;
 
 pub use awake::{AT_REST, Awake, are_within, holding};
 pub use backlash::{Backlash, MovedAxis};
-pub use body::{Body, Clock, HasBody, Scripted};
+pub use body::{Body, Clock, Driven, Scripted};
 pub use closing::{Closing, ClosingRow, Closings};
 pub use config::{
     Accuracy, ImplicitConfig, ImplicitMethod, MOST_STEPS_PER_PERIOD, Precision, require_steps, steps_in, tolerance,
@@ -46,14 +46,16 @@ pub use config::{
 };
 pub use energy::EnergyLedger;
 pub use fleet::Fleet;
+pub(crate) use fleet::Run;
 pub use found_friction::FoundFriction;
 pub use found_rows::{FoundRow, FoundRows, SolvedRows};
 pub use friction_shares::{ContactPoint, FrictionShares};
+pub(crate) use group::Group;
 pub use joint_stops::{JointStops, StageStop};
 pub use kernels::CompiledModel;
 pub use lane_count::{available_lanes, forced_lanes, widest_lanes};
 pub use lanes::Members;
-pub use model::{Driven, Model, WarmStart};
+pub use model::{Model, WarmStart};
 pub use motors::Motors;
 pub use obstacle_impulses::ObstacleImpulses;
 pub use plan::StepPlan;

@@ -5,7 +5,6 @@ use std::fmt::Debug;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::gait::WaveJets;
 use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
@@ -48,7 +47,7 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
 }
 
 /// Data that one step passes to the next besides the state.
-pub trait WarmStart: Debug + Clone {
+pub trait WarmStart: Debug + Clone + Send {
     /// The part of it that continues a run elsewhere.
     type Saved: Debug + Clone + PartialEq + Serialize + DeserializeOwned;
 
@@ -59,24 +58,4 @@ pub trait WarmStart: Debug + Clone {
     fn resume(&mut self, saved: &Self::Saved);
     /// Whether `saved` is of a robot of `links` links among these obstacles.
     fn fits(saved: &Self::Saved, links: usize, obstacles: &ObstacleGrid) -> bool;
-}
-
-/// A body with a reference for its joints: what a [`super::Fleet`] advances.
-pub trait Driven {
-    type Model: Model;
-
-    fn body(&self) -> &Body<Self::Model>;
-    fn body_mut(&mut self) -> &mut Body<Self::Model>;
-    /// The reference of all joints at `time` \[s\].
-    fn targets(&self, time: f64, targets: &mut [<Self::Model as Model>::Target]);
-    /// The wave that all joints follow at `time` \[s\], if it is all they follow.
-    fn travelling_wave(&self, _time: f64) -> Option<WaveJets> {
-        None
-    }
-    /// Torques beside those of the controller, see [`crate::gait::Reference::torques`].
-    fn torques(&self, time: f64, torques: &mut [f64]) -> bool;
-    /// The first time after `time` at which the reference jumps \[s\]; infinite if it never does.
-    fn next_jump(&self, _time: f64) -> f64 {
-        f64::INFINITY
-    }
 }

@@ -11,9 +11,9 @@
 //! * A part ends where the reference jumps. Parts after a jump and after a robot was placed begin short.
 //! * An Euler part that takes a link too deep into what it touches is halved until it does not, or is too short.
 
-use super::body::{Body, Clock, Trial};
+use super::body::{Body, Clock, Driven, Trial};
 use super::config::steps_in;
-use super::model::{Driven, Model};
+use super::model::Model;
 use super::start::{end_before, first_part};
 use super::{Accuracy, ImplicitConfig};
 
@@ -111,10 +111,10 @@ impl StepPlan {
     }
 
     /// Chooses the next part.
-    pub fn choose_part<D: Driven>(&mut self, interval: &Interval, robot: &D) {
-        let body = robot.body();
+    pub fn choose_part<M: Model>(&mut self, interval: &Interval, robot: &Driven<M>) {
+        let Driven { body, reference } = robot;
         let (time, clock) = (body.state.time, &body.clock);
-        let to_jump = end_before(time, |time| robot.next_jump(time)) - time;
+        let to_jump = end_before(time, |time| reference.next_jump(time)) - time;
         let to_end = interval.duration - self.progress;
         let (left, end) = if to_jump < to_end { (to_jump, Ends::Jump) } else { (to_end, Ends::Interval) };
         let may_be_rejected = self.rejections < MOST_REJECTIONS;
@@ -321,7 +321,7 @@ mod tests {
     use crate::obstacles::ObstacleGrid;
     use crate::planar::Planar;
     use crate::robot::{Robot, RobotConfig};
-    use crate::stepping::{Closing, Scripted};
+    use crate::stepping::Closing;
 
     /// A reference that jumps at all multiples of a time \[s\].
     struct Jumping(f64);
@@ -367,7 +367,8 @@ mod tests {
             let interval = Interval::new(&config, &config.accuracy(&Planar::ACCURACY), 2.0 * step);
             let robot = Robot::new(&RobotConfig { links: 2, ..RobotConfig::default() }).expect("admissible");
             let jumps = Jumping(drawn(&mut rng, &[f64::INFINITY], 1.0, step));
-            let mut robot = Scripted { body: Body::<Planar>::new(&robot, ObstacleGrid::default()), reference: jumps };
+            let mut body = Body::<Planar>::new(&robot, ObstacleGrid::default());
+            let robot = Driven { body: &mut body, reference: &jumps };
             robot.body.clock.next = drawn(&mut rng, &[step, f64::INFINITY], 9.0, step);
             robot.body.begin();
             let mut plan = StepPlan::at_start(&interval);
@@ -382,7 +383,7 @@ mod tests {
                 prop_assert!(length > 0.0 && length <= interval.step() / STRETCHED, "{:?}", plan);
                 robot.body.trial = drawn_trial(&mut rng, length);
                 if may_fail && rng.unit() < refusals[usize::from(is_euler)] {
-                    plan.reject(&interval, &mut robot.body);
+                    plan.reject(&interval, robot.body);
                     let rejected = plan.part;
                     let mut next = plan;
                     next.choose_part(&interval, &robot);
@@ -393,7 +394,7 @@ mod tests {
                     prop_assert!(plan.rejections <= MOST_REJECTIONS);
                 } else {
                     robot.body.state.time += length;
-                    plan.accept(&interval, &mut robot.body);
+                    plan.accept(&interval, robot.body);
                 }
             }
         }

@@ -12,7 +12,7 @@ use super::body::Body;
 use super::closing::Closing;
 use super::energy::EnergyLedger;
 use super::lanes::{Lanes, Members, NO_LANES};
-use super::model::{Driven, Model};
+use super::model::Model;
 use super::record::StageRecord;
 use super::verdict::FallbackResult;
 
@@ -43,17 +43,17 @@ pub trait StageInput<T: Real>: Sized {
 
     fn new(system: &<Self::Model as Model>::System) -> Self;
     /// Gathers robots; lanes without one repeat the first.
-    fn load<D: Driven<Model = Self::Model>>(&mut self, members: &Members<D>);
+    fn load(&mut self, members: &Members<Self::Model>);
     /// Waves that robots follow at `end` after the start of the step; the lanes that have one.
-    fn read_waves<D: Driven<Model = Self::Model>>(&mut self, _members: &Members<D>, _end: T) -> Lanes {
+    fn read_waves(&mut self, _members: &Members<Self::Model>, _end: T) -> Lanes {
         NO_LANES
     }
     /// Takes the guesses of the members whose stage was postponed.
-    fn take_guesses<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>);
+    fn take_guesses(&mut self, members: &mut Members<Self::Model>);
     /// References and torque limits at `end` after the start of the step; `waving` lanes have their references.
-    fn read_references<D: Driven<Model = Self::Model>>(&mut self, members: &Members<D>, end: T, waving: Lanes);
+    fn read_references(&mut self, members: &Members<Self::Model>, end: T, waving: Lanes);
     /// Contacts with obstacles and between links at the predicted end.
-    fn find_contacts<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, pending: Lanes);
+    fn find_contacts(&mut self, members: &mut Members<Self::Model>, pending: Lanes);
 }
 
 /// What follows from a solved stage, lane by lane.
@@ -71,9 +71,9 @@ pub trait StageOutput<T: Real> {
     fn postpone(&mut self, lane: usize, body: &mut Body<Self::Model>);
     /// Keeps the forces of contacts as the next initial guess, and collects the contact impulses on the robots of the `solved`
     /// lanes.
-    fn collect_contact_impulses<D: Driven<Model = Self::Model>>(
+    fn collect_contact_impulses(
         &mut self,
-        members: &mut Members<D>,
+        members: &mut Members<Self::Model>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     );
@@ -85,7 +85,7 @@ pub trait StageOutput<T: Real> {
     fn closing(&self, lane: usize) -> &Closing;
     /// Ends the steps of the given lanes, before it is known which of them are accepted: measures penetrations, and keeps
     /// what predicts the next step in any case.
-    fn end_step<D: Driven<Model = Self::Model>>(&mut self, members: &mut Members<D>, lanes: Lanes);
+    fn end_step(&mut self, members: &mut Members<Self::Model>, lanes: Lanes);
     /// Whether the step takes a penetration too deep: a shorter one has to be tried.
     fn sinks(&self, _lane: usize) -> bool {
         false

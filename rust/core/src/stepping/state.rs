@@ -25,7 +25,7 @@ pub struct RobotState<P, U> {
 pub type StateOf<M> = RobotState<<M as Model>::Pose, <M as Model>::Twist>;
 
 /// Pose or twist of a link.
-pub trait Coordinates: Debug + Clone + Copy + PartialEq + Serialize + DeserializeOwned {
+pub trait Coordinates: Debug + Clone + Copy + Send + PartialEq + Serialize + DeserializeOwned {
     /// At the origin, or at rest.
     fn zero() -> Self;
 }

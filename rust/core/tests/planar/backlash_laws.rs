@@ -237,7 +237,7 @@ fn crowd(system: &PlanarSystem, count: usize) -> Vec<Scripted<Wave>> {
 fn run(system: &PlanarSystem, robots: &mut [Scripted<Wave>], width: usize) -> Vec<PlanarState> {
     let mut fleet = Fleet::new(ImplicitConfig::default(), system, width);
     for _ in 0..20 {
-        fleet.advance(system, robots, 0.05, |_| true);
+        fleet.advance(system, robots.iter_mut().map(Scripted::driven), 0.05);
     }
     robots.iter().map(|robot| robot.body.state.clone()).collect()
 }

@@ -33,7 +33,7 @@ fn robots(system: &PlanarSystem, count: usize) -> Vec<Undulator> {
 fn run(system: &PlanarSystem, config: ImplicitConfig, robots: &mut [Undulator], width: usize) -> Vec<PlanarState> {
     let mut fleet = Fleet::new(config, system, width);
     for _ in 0..20 {
-        fleet.advance(system, robots, 0.05, |_| true);
+        fleet.advance(system, robots.iter_mut().map(Scripted::driven), 0.05);
     }
     robots.iter().map(|robot| robot.body.state.clone()).collect()
 }
@@ -101,7 +101,7 @@ fn so_it_is_among_rough_pegs() {
         let mut fleet = Fleet::new(ImplicitConfig::default(), &system, width);
         let mut fallbacks = vec![0; robots.len()];
         for _ in 0..60 {
-            fleet.advance(&system, robots, 0.05, |_| true);
+            fleet.advance(&system, robots.iter_mut().map(Scripted::driven), 0.05);
             fallbacks.iter_mut().zip(&*robots).for_each(|(sum, robot)| *sum += robot.body.statistics.fallbacks);
         }
         robots.iter().map(|robot| robot.body.state.clone()).zip(fallbacks).collect()
@@ -129,7 +129,7 @@ fn so_it_is_where_robots_touch_themselves() {
     let run = |robots: &mut [Scripted<Hold>], width: usize| -> Vec<PlanarState> {
         let mut fleet = Fleet::new(ImplicitConfig::default(), &system, width);
         for _ in 0..40 {
-            fleet.advance(&system, robots, 0.05, |_| true);
+            fleet.advance(&system, robots.iter_mut().map(Scripted::driven), 0.05);
         }
         assert!(robots.iter().all(|robot| robot.body.self_contact_impulse.iter().any(|impulse| impulse.norm() > 0.0)));
         robots.iter().map(|robot| robot.body.state.clone()).collect()
@@ -148,13 +148,14 @@ fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
     let mut with_a_sick_one = robots(&system, 9);
     with_a_sick_one[4].body.state.twist[3].x = f64::NAN;
     let mut fleet = Fleet::new(config, &system, 9);
-    fleet.advance(&system, &mut with_a_sick_one, 0.05, |_| true);
+    fleet.advance(&system, with_a_sick_one.iter_mut().map(Scripted::driven), 0.05);
     assert!(
         with_a_sick_one[4].body.statistics.diverged
             && with_a_sick_one.iter().filter(|robot| robot.body.statistics.diverged).count() == 1
     );
     for _ in 1..20 {
-        fleet.advance(&system, &mut with_a_sick_one, 0.05, |robot| robot != 4);
+        let others = with_a_sick_one.iter_mut().enumerate().filter(|(robot, _)| *robot != 4);
+        fleet.advance(&system, others.map(|(_, robot)| robot.driven()), 0.05);
     }
     for k in (0..9).filter(|&k| k != 4) {
         assert_eq!(with_a_sick_one[k].body.state, sound[k]);

@@ -155,7 +155,7 @@ fn a_robot_rubs_on_itself_the_same_alone_and_among_others() {
     let run = |robots: &mut [Scripted<Hold>], width: usize| -> Vec<PlanarState> {
         let mut fleet = Fleet::new(config, &system, width);
         for _ in 0..25 {
-            fleet.advance(&system, robots, 0.05, |_| true);
+            fleet.advance(&system, robots.iter_mut().map(Scripted::driven), 0.05);
         }
         robots.iter().map(|robot| robot.body.state.clone()).collect()
     };

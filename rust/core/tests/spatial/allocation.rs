@@ -54,9 +54,9 @@ fn a_step_of_a_fleet_does_not_allocate() {
         })
         .collect();
     let mut fleet = SpatialFleet::new(config, system, robots.len());
-    fleet.advance(system, &mut robots, 0.1, |_| true);
+    fleet.advance(system, robots.iter_mut().map(SpatialScripted::driven), 0.1);
     let before = REQUESTS.get();
-    fleet.advance(system, &mut robots, 1.0, |_| true);
+    fleet.advance(system, robots.iter_mut().map(SpatialScripted::driven), 1.0);
     assert_eq!(REQUESTS.get() - before, 0);
     assert!(robots.iter().any(|robot| robot.body.statistics.events > 0), "no step was divided");
 }

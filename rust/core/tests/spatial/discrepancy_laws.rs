@@ -216,10 +216,14 @@ fn discrepancies_of_neighbours_do_not_matter() {
             .collect()
     };
     let mut together = robots();
-    SpatialFleet::new(implicit(0.01, 2), &system, 9).advance(&system, &mut together, 0.4, |_| true);
+    SpatialFleet::new(implicit(0.01, 2), &system, 9).advance(
+        &system,
+        together.iter_mut().map(SpatialScripted::driven),
+        0.4,
+    );
     for (k, mut alone) in robots().into_iter().enumerate() {
         let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 1);
-        fleet.advance(&system, std::slice::from_mut(&mut alone), 0.4, |_| true);
+        fleet.advance(&system, [alone.driven()], 0.4);
         assert!(!alone.body.statistics.diverged && alone.body.statistics.unconverged == 0);
         assert_eq!(together[k].body.state, alone.body.state, "robot {k}");
     }

@@ -37,7 +37,7 @@ fn robots(system: &SpatialSystem, count: usize) -> Vec<CardanRobot> {
 fn run(system: &SpatialSystem, config: ImplicitConfig, robots: &mut [CardanRobot], width: usize) -> Vec<SpatialState> {
     let mut fleet = SpatialFleet::new(config, system, width);
     for _ in 0..10 {
-        fleet.advance(system, robots, 0.05, |_| true);
+        fleet.advance(system, robots.iter_mut().map(SpatialScripted::driven), 0.05);
     }
     robots.iter().map(|robot| robot.body.state.clone()).collect()
 }
@@ -78,7 +78,7 @@ fn lanes_that_are_given_up_do_not_depend_on_neighbours_either() {
     let system = system([2.0, 2.0]);
     let advance = |robots: &mut [CardanRobot]| {
         let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, robots.len());
-        fleet.advance(&system, robots, 0.1, |_| true);
+        fleet.advance(&system, robots.iter_mut().map(SpatialScripted::driven), 0.1);
         robots.iter().map(|robot| robot.body.statistics.fallbacks).sum::<u32>()
     };
     let mut together = jolted(&system);
@@ -116,13 +116,14 @@ fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
     let mut with_a_sick_one = robots(&system, 9);
     with_a_sick_one[4].body.state.twist[3].x = f64::NAN;
     let mut fleet = SpatialFleet::new(config, &system, 9);
-    fleet.advance(&system, &mut with_a_sick_one, 0.05, |_| true);
+    fleet.advance(&system, with_a_sick_one.iter_mut().map(SpatialScripted::driven), 0.05);
     let diverged: Vec<usize> = (0..9).filter(|&k| with_a_sick_one[k].body.statistics.diverged).collect();
     assert_eq!(diverged, [4]);
     let sick = &with_a_sick_one[4].body.state;
     assert!(sick.is_plausible(), "a robot that diverged rests where it was last good");
     for _ in 1..10 {
-        fleet.advance(&system, &mut with_a_sick_one, 0.05, |robot| robot != 4);
+        let others = with_a_sick_one.iter_mut().enumerate().filter(|(robot, _)| *robot != 4);
+        fleet.advance(&system, others.map(|(_, robot)| robot.driven()), 0.05);
     }
     for k in (0..9).filter(|&k| k != 4) {
         assert_eq!(with_a_sick_one[k].body.state, sound[k]);

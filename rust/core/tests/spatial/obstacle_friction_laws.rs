@@ -166,14 +166,14 @@ fn rough_pegs_are_solved_alike_alone_and_in_lanes() {
     };
     let mut together = robots();
     let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 9);
-    fleet.advance(&system, &mut together, 0.1, |_| true);
+    fleet.advance(&system, together.iter_mut().map(SpatialScripted::driven), 0.1);
     let before = REQUESTS.get();
-    fleet.advance(&system, &mut together, 0.4, |_| true);
+    fleet.advance(&system, together.iter_mut().map(SpatialScripted::driven), 0.4);
     assert_eq!(REQUESTS.get() - before, 0);
     for (k, mut alone) in robots().into_iter().enumerate() {
         let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 1);
         for duration in [0.1, 0.4] {
-            fleet.advance(&system, std::slice::from_mut(&mut alone), duration, |_| true);
+            fleet.advance(&system, [alone.driven()], duration);
             let statistics = &alone.body.statistics;
             assert!(!statistics.diverged && statistics.unconverged == 0, "robot {k}: {statistics:?}");
         }

@@ -327,7 +327,7 @@ fn the_width_of_the_registers_does_not_matter_where_robots_touch_themselves() {
     let run = |robots: &mut [SpatialScripted<Bend>], width: usize| -> Vec<SpatialState> {
         let mut fleet = SpatialFleet::new(implicit(0.02, 2), &system, width);
         for _ in 0..10 {
-            fleet.advance(&system, robots, 0.1, |_| true);
+            fleet.advance(&system, robots.iter_mut().map(SpatialScripted::driven), 0.1);
         }
         robots.iter().map(|robot| robot.body.state.clone()).collect()
     };

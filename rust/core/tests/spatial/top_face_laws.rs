@@ -233,14 +233,14 @@ fn lanes_and_memory_on_steps_are_as_on_the_ground() {
     };
     let mut together = robots();
     let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 9);
-    fleet.advance(&system, &mut together, 0.1, |_| true);
+    fleet.advance(&system, together.iter_mut().map(SpatialScripted::driven), 0.1);
     let before = REQUESTS.get();
-    fleet.advance(&system, &mut together, 0.3, |_| true);
+    fleet.advance(&system, together.iter_mut().map(SpatialScripted::driven), 0.3);
     assert_eq!(REQUESTS.get() - before, 0);
     for (k, mut alone) in robots().into_iter().enumerate() {
         let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 1);
         for duration in [0.1, 0.3] {
-            fleet.advance(&system, std::slice::from_mut(&mut alone), duration, |_| true);
+            fleet.advance(&system, [alone.driven()], duration);
         }
         assert_eq!(together[k].body.state, alone.body.state, "robot {k}");
     }

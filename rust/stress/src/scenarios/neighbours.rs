@@ -80,7 +80,7 @@ impl TestFleet for PlanarTestFleet {
     }
 
     fn advance(&mut self, duration: f64) {
-        self.fleet.advance(&self.system, &mut self.robots, duration, |_| true);
+        self.fleet.advance(&self.system, self.robots.iter_mut().map(Undulator::driven), duration);
     }
 
     fn robot(&self, robot: usize) -> &Body {

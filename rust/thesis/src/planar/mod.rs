@@ -6,7 +6,7 @@ use snake_core::ConfigError;
 use snake_core::capabilities::Method;
 use snake_core::contact::{NearObstacles, NearPair, gap, link_peg_contact};
 use snake_core::control::{ControlLaw, ControllerConfig};
-use snake_core::gait::JointTarget;
+use snake_core::gait::{JointTarget, Reference};
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{
     Body, Heading, Planar, PlanarState, PlanarSystem, Pose, Stage, StageContact, StageJoint, StageLink, StageSolution,
@@ -60,8 +60,9 @@ impl Scheme<Planar> for Thesis {
         self.config.step
     }
 
-    fn advance<D: Driven<Model = Planar>>(&mut self, system: &PlanarSystem, robot: &mut D, duration: f64) {
-        if !advance_in_equal_steps(robot, duration, self.config.step, |robot, h| self.take_step(system, robot, h)) {
+    fn advance(&mut self, system: &PlanarSystem, robot: Driven<Planar>, duration: f64) {
+        let (Driven { body, reference }, longest) = (robot, self.config.step);
+        if !advance_in_equal_steps(body, duration, longest, |body, h| self.take_step(system, body, reference, h)) {
             self.clear();
         }
     }
@@ -91,10 +92,9 @@ impl Thesis {
     }
 
     /// One step of length `h`: q_M, active set and directions there, impulses, q_E, projection.
-    fn take_step<D: Driven<Model = Planar>>(&mut self, system: &PlanarSystem, robot: &mut D, h: f64) {
-        robot.targets(robot.body().state.time, &mut self.targets);
-        let Body { state, obstacles, statistics, contact_impulse, obstacle_impulse, warm_start, record, .. } =
-            robot.body_mut();
+    fn take_step(&mut self, system: &PlanarSystem, body: &mut Body, reference: &dyn Reference<JointTarget>, h: f64) {
+        reference.targets(body.state.time, &mut self.targets);
+        let Body { state, obstacles, statistics, contact_impulse, obstacle_impulse, warm_start, record, .. } = body;
         self.move_to_midpoint(state, h);
         self.find_closed_contacts(system, state, obstacles);
         self.build_stage(system, state, obstacles, h);

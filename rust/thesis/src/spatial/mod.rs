@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector2, Vector3, Vector6};
 use snake_core::ConfigError;
 use snake_core::capabilities::Method;
 use snake_core::control::ControllerConfig;
-use snake_core::gait::CardanTarget;
+use snake_core::gait::{CardanTarget, Reference};
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::Link;
 use snake_core::simulation::{Scheme, SchemeConfig};
@@ -77,8 +77,9 @@ impl Scheme<Spatial> for SpatialThesis {
         self.config.step
     }
 
-    fn advance<D: Driven<Model = Spatial>>(&mut self, system: &SpatialSystem, robot: &mut D, duration: f64) {
-        if !advance_in_equal_steps(robot, duration, self.config.step, |robot, h| self.take_step(system, robot, h)) {
+    fn advance(&mut self, system: &SpatialSystem, robot: Driven<Spatial>, duration: f64) {
+        let (Driven { body, reference }, longest) = (robot, self.config.step);
+        if !advance_in_equal_steps(body, duration, longest, |body, h| self.take_step(system, body, reference, h)) {
             self.clear();
         }
     }
@@ -107,9 +108,15 @@ impl SpatialThesis {
     }
 
     /// Algorithm 4.1 with step length `h`.
-    fn take_step<D: Driven<Model = Spatial>>(&mut self, system: &SpatialSystem, robot: &mut D, h: f64) {
-        robot.targets(robot.body().state.time, &mut self.targets);
-        let SpatialBody { state, obstacles, statistics, warm_start, ground_impulse, record, .. } = robot.body_mut();
+    fn take_step(
+        &mut self,
+        system: &SpatialSystem,
+        body: &mut SpatialBody,
+        reference: &dyn Reference<CardanTarget>,
+        h: f64,
+    ) {
+        reference.targets(body.state.time, &mut self.targets);
+        let SpatialBody { state, obstacles, statistics, warm_start, ground_impulse, record, .. } = body;
         let joint_torque = &mut warm_start.joint_torque;
         self.move_to_midpoint(state, h);
         self.command(system, state, joint_torque);
@@ -124,7 +131,7 @@ impl SpatialThesis {
             self.add_to(record, joint_torque, h);
         }
         self.move_to_end(system, state, h);
-        let SpatialBody { contact_impulse, obstacle_impulse, .. } = robot.body_mut();
+        let SpatialBody { contact_impulse, obstacle_impulse, .. } = body;
         self.add_contact_impulses(contact_impulse, obstacle_impulse);
     }
 

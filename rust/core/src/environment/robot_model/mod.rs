@@ -16,12 +16,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::error::ConfigError;
-use crate::gait::Reference;
 use crate::obstacles::PlacedMovable;
 use crate::robot::Robot;
 use crate::scene::Peg;
 use crate::simulation::{SimulatedModel, Simulation};
-use crate::stepping::{Model, PlantParameters, StepStatistics};
+use crate::stepping::{Driven, PlantParameters, StepStatistics};
 
 use crate::environment::action::ActionEntry;
 use crate::environment::config::{EnvConfig, ModelKind};
@@ -56,9 +55,6 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     /// The model that is simulated.
     type Model: SimulatedModel;
 
-    /// The generator of its joint references.
-    type Reference: Reference<<Self::Model as Model>::Target>;
-
     /// All that a run changes.
     type State: Clone + Debug + PartialEq + Serialize + DeserializeOwned + Send + Sync;
 
@@ -70,7 +66,8 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
 
     fn simulation_mut(&mut self) -> &mut Simulation<Self::Model>;
 
-    fn reference(&self) -> &Self::Reference;
+    /// The robot with the references of its joints.
+    fn driven(&mut self) -> Driven<'_, Self::Model>;
 
     fn robot(&self) -> &Robot {
         self.simulation().robot()

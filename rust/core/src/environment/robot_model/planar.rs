@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::ConfigError;
 use crate::planar::{Heading, Planar};
 use crate::simulation::{PlanarSimulation, PlanarSnapshot, Simulation};
+use crate::stepping::Driven;
 
 use super::accelerometer::Accelerometer;
 use super::saved_robot::{MeanForces, SavedRobot, common_length};
@@ -78,7 +79,6 @@ impl RobotModel for PlanarRobot {
     const OBSERVATION: [&'static [BlockRow<Self>]; 3] =
         [planar_observation::BODY, planar_observation::CONTACT_AND_REFERENCE, planar_observation::SENSING];
     type Model = Planar;
-    type Reference = ReferenceGenerator<1>;
     type State = PlanarRobotState;
 
     fn new(config: &EnvConfig) -> Result<Self, ConfigError> {
@@ -98,8 +98,8 @@ impl RobotModel for PlanarRobot {
         &mut self.simulation
     }
 
-    fn reference(&self) -> &ReferenceGenerator<1> {
-        &self.reference
+    fn driven(&mut self) -> Driven<'_, Planar> {
+        Driven { body: self.simulation.body_mut(), reference: &self.reference }
     }
 
     fn action_entries(&self) -> &[ActionEntry] {

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::ConfigError;
 use crate::simulation::{Simulation, SpatialSimulation, SpatialSnapshot};
 use crate::spatial::{Pose, Spatial, SpatialState, orientation_of, turning};
+use crate::stepping::Driven;
 
 use super::accelerometer::Accelerometer;
 use super::saved_robot::{MeanForces, SavedRobot, common_length};
@@ -91,7 +92,6 @@ pub struct Attitude {
 impl RobotModel for SpatialRobot {
     const KIND: ModelKind = ModelKind::Spatial;
     type Model = Spatial;
-    type Reference = ReferenceGenerator<2>;
     type State = SpatialRobotState;
 
     const OBSERVATION: [&'static [BlockRow<Self>]; 3] =
@@ -143,8 +143,8 @@ impl RobotModel for SpatialRobot {
         &mut self.simulation
     }
 
-    fn reference(&self) -> &ReferenceGenerator<2> {
-        &self.reference
+    fn driven(&mut self) -> Driven<'_, Spatial> {
+        Driven { body: self.simulation.body_mut(), reference: &self.reference }
     }
 
     fn action_entries(&self) -> &[ActionEntry] {

@@ -8,13 +8,13 @@ use crate::contact::PlacedLink;
 use crate::math::{Laned, MAX_LANES, Real};
 use crate::obstacles::{Nodes, ObstacleGrid};
 use crate::planar::{Body, Heading, Planar, PlanarSystem, Twist, WarmStart};
-use crate::stepping::{Driven, Members, StageSpring, are_within, holding};
+use crate::stepping::{Members, StageSpring, are_within, holding};
 
 use super::{LinkConstants, Workspace};
 
 impl<T: Real> Workspace<T> {
     /// Gives the register room for what its robots can push, and nodes to what moves, or may.
-    pub(super) fn load_movables<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+    pub(super) fn load_movables(&mut self, members: &Members<Planar>) {
         let body = |lane: usize| (lane < T::LANES).then(|| members.body(lane));
         let most = (0..MAX_LANES).filter_map(body).map(|body| body.state.movables.len()).fold(0, usize::max);
         if most > self.room {

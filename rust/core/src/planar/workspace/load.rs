@@ -3,7 +3,7 @@
 use crate::math::{Laned, Real, write_lane};
 use crate::planar::{Body, Planar, PlanarSystem, Pose, Twist};
 use crate::stepping::lanes::{Lanes, NO_LANES, active, mask};
-use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput};
+use crate::stepping::{ContactPoint, Members, PlantParameters, StageInput};
 
 use super::Workspace;
 
@@ -14,7 +14,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         Self::new(system, 0)
     }
 
-    fn load<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+    fn load(&mut self, members: &Members<Planar>) {
         self.load_movables(members);
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
@@ -52,7 +52,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         }
     }
 
-    fn take_guesses<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>) {
+    fn take_guesses(&mut self, members: &mut Members<Planar>) {
         let chain = self.motion.arms.len();
         for lane in active(members.lanes()) {
             let guesses = &mut members.body_mut(lane).warm_start.guess;
@@ -64,11 +64,11 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         }
     }
 
-    fn read_waves<D: Driven<Model = Planar>>(&mut self, members: &Members<D>, end: T) -> Lanes {
+    fn read_waves(&mut self, members: &Members<Planar>, end: T) -> Lanes {
         let mut waving = NO_LANES;
         for (lane, waving) in waving.iter_mut().enumerate().take(T::LANES) {
             let robot = members.robot(lane);
-            if let Some(wave) = robot.travelling_wave(robot.body().state.time + end.lane(lane)) {
+            if let Some(wave) = robot.reference.travelling_wave(robot.body.state.time + end.lane(lane)) {
                 self.drives.wave.set_lane(lane, &wave);
                 *waving = true;
             }
@@ -76,15 +76,15 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         waving
     }
 
-    fn read_references<D: Driven<Model = Planar>>(&mut self, members: &Members<D>, end: T, waving: Lanes) {
+    fn read_references(&mut self, members: &Members<Planar>, end: T, waving: Lanes) {
         self.drives.has_own_torques = false;
         for (lane, is_waving) in waving.into_iter().enumerate().take(T::LANES) {
             let robot = members.robot(lane);
-            let time = robot.body().state.time + end.lane(lane);
-            let share = robot.body().parameters.torque_limit;
+            let time = robot.body.state.time + end.lane(lane);
+            let share = robot.body.parameters.torque_limit;
             let acts = members.system.controller.acts_until(time);
             self.drives.strength.set_lane(lane, if acts { share } else { 0.0 });
-            if robot.torques(time, &mut self.drives.torques) {
+            if robot.reference.torques(time, &mut self.drives.torques) {
                 // Zero for the robots of the register that have none.
                 if !std::mem::replace(&mut self.drives.has_own_torques, true) {
                     self.drives.own_torque.fill(T::zero());
@@ -96,7 +96,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
             if is_waving {
                 continue;
             }
-            robot.targets(time, &mut self.drives.targets);
+            robot.reference.targets(time, &mut self.drives.targets);
             for (lanes, target) in self.drives.target.iter_mut().zip(&self.drives.targets) {
                 lanes.value.set_lane(lane, target.angle);
                 lanes.rate.set_lane(lane, target.rate);
@@ -105,14 +105,14 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         }
     }
 
-    fn find_contacts<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, pending: Lanes) {
+    fn find_contacts(&mut self, members: &mut Members<Planar>, pending: Lanes) {
         self.detect_contacts(members, pending);
     }
 }
 
 impl<T: Real> Workspace<T> {
     /// Constants of the lanes' own robots; nothing to do where all are as the system's.
-    fn load_variations<D: Driven<Model = Planar>>(&mut self, members: &Members<D>) {
+    fn load_variations(&mut self, members: &Members<Planar>) {
         let was_varied = self.is_varied;
         self.is_varied = members.any(|body| body.parameters != PlantParameters::default());
         if !self.is_varied && !was_varied {

@@ -9,7 +9,7 @@ use crate::planar::{Body, Heading, Planar, PlanarSystem, StageSolution, Twist, W
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
-    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord, holding,
+    Closing, ContactImpulse, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord, holding,
 };
 
 use super::Workspace;
@@ -40,9 +40,9 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.keep_friction(lane, body);
     }
 
-    fn collect_contact_impulses<D: Driven<Model = Planar>>(
+    fn collect_contact_impulses(
         &mut self,
-        members: &mut Members<D>,
+        members: &mut Members<Planar>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
@@ -73,7 +73,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.closings.of(lane)
     }
 
-    fn end_step<D: Driven<Model = Planar>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
+    fn end_step(&mut self, members: &mut Members<Planar>, lanes: Lanes) {
         for lane in active(lanes) {
             self.keep_friction(lane, members.body_mut(lane));
             if self.shares.has_patches() {

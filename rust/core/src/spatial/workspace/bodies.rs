@@ -13,7 +13,7 @@ use crate::spatial::movables::Seen;
 use crate::spatial::nodes::{InLane, Places};
 use crate::spatial::spatial_vector::{along, scaled, zero_vector};
 use crate::spatial::{Spatial, SpatialBody, SpatialSystem, SpatialVector, StageLink, Twist};
-use crate::stepping::{Driven, Members, StageSpring, are_within, holding};
+use crate::stepping::{Members, StageSpring, are_within, holding};
 
 use super::Workspace;
 
@@ -86,7 +86,7 @@ impl StageMovable<f64> {
 
 impl<T: Real> Workspace<T> {
     /// Gives the register room for what its robots can push, and nodes to what moves, or may.
-    pub(super) fn load_movables<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+    pub(super) fn load_movables(&mut self, members: &Members<Spatial>) {
         let body = |lane: usize| (lane < T::LANES).then(|| members.body(lane));
         let most = (0..MAX_LANES).filter_map(body).map(|body| body.state.movables.len()).fold(0, usize::max);
         if most > self.room {

@@ -4,7 +4,7 @@ use crate::gait::CardanTarget;
 use crate::math::{Laned, Mask, Real, write_lane};
 use crate::spatial::{Spatial, SpatialSystem};
 use crate::stepping::lanes::{Lanes, active};
-use crate::stepping::{ContactPoint, Driven, Members, PlantParameters, StageInput};
+use crate::stepping::{ContactPoint, Members, PlantParameters, StageInput};
 
 use super::Workspace;
 
@@ -15,7 +15,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         Self::new(system, 0)
     }
 
-    fn load<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+    fn load(&mut self, members: &Members<Spatial>) {
         self.load_movables(members);
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
@@ -37,7 +37,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.began_at_rest = T::Mask::of(|lane| members.body(lane).warm_start.began_at_rest);
     }
 
-    fn take_guesses<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>) {
+    fn take_guesses(&mut self, members: &mut Members<Spatial>) {
         for lane in active(members.lanes()) {
             let state = &mut members.body_mut(lane).warm_start;
             if std::mem::take(&mut state.is_postponed) {
@@ -51,19 +51,19 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         }
     }
 
-    fn read_references<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>, end: T, _: Lanes) {
+    fn read_references(&mut self, members: &Members<Spatial>, end: T, _: Lanes) {
         self.drives.has_own_torques = false;
         for lane in 0..T::LANES {
             let robot = members.robot(lane);
-            let time = robot.body().state.time + end.lane(lane);
-            robot.targets(time, &mut self.drives.targets);
+            let time = robot.body.state.time + end.lane(lane);
+            robot.reference.targets(time, &mut self.drives.targets);
             for (lanes, CardanTarget { yaw, pitch }) in self.drives.target.iter_mut().zip(&self.drives.targets) {
                 for (lanes, target) in lanes.iter_mut().zip([yaw, pitch]) {
                     lanes[0].set_lane(lane, target.angle);
                     lanes[1].set_lane(lane, target.rate);
                 }
             }
-            if robot.torques(time, &mut self.drives.torques) {
+            if robot.reference.torques(time, &mut self.drives.torques) {
                 // Zero for the robots of the register that have none.
                 if !std::mem::replace(&mut self.drives.has_own_torques, true) {
                     self.drives.own_torque.fill([T::zero(); 2]);
@@ -73,13 +73,13 @@ impl<T: Real> StageInput<T> for Workspace<T> {
                     lanes[1].set_lane(lane, torques[1]);
                 }
             }
-            let share = robot.body().parameters.torque_limit;
+            let share = robot.body.parameters.torque_limit;
             let acts = members.system.controller.acts_until(time);
             self.drives.strength.set_lane(lane, if acts { share } else { 0.0 });
         }
     }
 
-    fn find_contacts<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, pending: Lanes) {
+    fn find_contacts(&mut self, members: &mut Members<Spatial>, pending: Lanes) {
         self.find_rows(members, pending);
     }
 }
@@ -101,7 +101,7 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Constants of the lanes' own robots; nothing to do where all are as the system's.
-    fn load_variations<D: Driven<Model = Spatial>>(&mut self, members: &Members<D>) {
+    fn load_variations(&mut self, members: &Members<Spatial>) {
         let was_varied = self.is_varied;
         self.is_varied = members.any(|body| body.parameters != PlantParameters::default());
         if !self.is_varied && !was_varied {

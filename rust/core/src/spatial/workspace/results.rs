@@ -13,8 +13,7 @@ use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolut
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
-    Closing, ContactImpulse, Driven, EnergyLedger, FallbackResult, Members, SolvedRows, StageOutput, StageRecord,
-    holding,
+    Closing, ContactImpulse, EnergyLedger, FallbackResult, Members, SolvedRows, StageOutput, StageRecord, holding,
 };
 
 use super::{Motion, Workspace};
@@ -47,9 +46,9 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.keep_forces(lane, state);
     }
 
-    fn collect_contact_impulses<D: Driven<Model = Spatial>>(
+    fn collect_contact_impulses(
         &mut self,
-        _: &mut Members<D>,
+        _: &mut Members<Spatial>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
@@ -100,7 +99,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.closings.of(lane)
     }
 
-    fn end_step<D: Driven<Model = Spatial>>(&mut self, members: &mut Members<D>, lanes: Lanes) {
+    fn end_step(&mut self, members: &mut Members<Spatial>, lanes: Lanes) {
         if self.shares.has_patches() {
             active(lanes).for_each(|lane| self.find_crossing(lane));
         }

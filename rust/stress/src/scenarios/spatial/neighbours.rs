@@ -34,7 +34,7 @@ impl TestFleet for SpatialTestFleet {
     }
 
     fn advance(&mut self, duration: f64) {
-        self.fleet.advance(&self.system, &mut self.robots, duration, |_| true);
+        self.fleet.advance(&self.system, self.robots.iter_mut().map(CardanRobot::driven), duration);
     }
 
     fn robot(&self, robot: usize) -> &SpatialBody {
