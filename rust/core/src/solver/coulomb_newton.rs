@@ -80,12 +80,18 @@ pub trait CoupledStage {
         (solves, true)
     }
 
-    /// The same by continuation from soft contacts to stiff ones; if it does not reach these, `solution` is the last
-    /// one found.
-    fn continuation(&mut self, stage: &Self::Stage, solution: &mut Self::Solution, tolerance: f64) -> (u32, bool) {
+    /// The same by continuation from soft contacts to stiff ones, of which none is taken after `most` linear solves; if it does
+    /// not reach stiff ones, `solution` is the last one found.
+    fn continuation(
+        &mut self,
+        stage: &Self::Stage,
+        solution: &mut Self::Solution,
+        tolerance: f64,
+        most: u32,
+    ) -> (u32, bool) {
         let (mut softness, mut ratio, mut solves) = (SOFTEST, FIRST_RATIO, 0);
         let mut next = softness;
-        while ratio > LAST_RATIO && solves < MOST_SOLVES {
+        while ratio > LAST_RATIO && solves < most.min(MOST_SOLVES) {
             self.load(stage, solution, tolerance);
             self.form().compliance *= next;
             let (more, solved) = converge(self);

@@ -163,7 +163,7 @@ impl<M: Model> Run<'_, '_, M> {
         }
         while !self.queues.is_empty() {
             self.robots[0].body.interrupt.check();
-            let round = self.queues.next_round(T::LANES, |member| self.plans[member].position());
+            let round = self.queues.next_round(T::LANES, &|member| self.plans[member].position());
             for members in round.second_order.chunks(T::LANES) {
                 let lengths = self.lengths(members);
                 let verdicts = group.sdirk_step(&mut Members::new(self.system, self.robots, members), lengths);

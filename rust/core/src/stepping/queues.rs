@@ -40,7 +40,7 @@ impl Queues {
     /// Takes as many robots from either queue as fill registers of `lanes`; those that are the most advanced wait for
     /// others. Where no register can be filled, the longer queue is taken. `position` tells how far a robot has come \[s\]
     /// and the linear solves of its last stage or step.
-    pub fn next_round(&mut self, lanes: usize, position: impl Fn(usize) -> (f64, u32)) -> Round {
+    pub fn next_round(&mut self, lanes: usize, position: &dyn Fn(usize) -> (f64, u32)) -> Round {
         let Self { second_order, euler, spare } = self;
         let is_any_full = second_order.len().max(euler.len()) >= lanes;
         let is_second_order_longer = second_order.len() >= euler.len();
@@ -90,20 +90,20 @@ mod tests {
         let mut queues = queued(10, 3);
         // Robots 3 and 7 are ahead, the others level.
         let position = |member| (if [3, 7].contains(&member) { 0.02 } else { 0.01 }, 10 - (member as u32).min(10));
-        let round = queues.next_round(8, position);
+        let round = queues.next_round(8, &position);
         assert_eq!(round.second_order, [9, 8, 6, 5, 4, 2, 1, 0], "in the order of their solves");
         assert!(round.euler.is_empty(), "three robots do not fill a register");
         queues.end_round(round);
-        let round = queues.next_round(8, position);
+        let round = queues.next_round(8, &position);
         assert_eq!((round.second_order.len(), round.euler.len()), (0, 3), "the longer queue where none is full");
         queues.end_round(round);
-        assert_eq!(queues.next_round(8, position).second_order.len(), 2);
+        assert_eq!(queues.next_round(8, &position).second_order.len(), 2);
         assert!(queues.is_empty());
     }
 
     #[test]
     fn robots_that_are_taken_one_by_one_never_wait() {
-        let round = queued(3, 2).next_round(1, |_| (0.0, 0));
+        let round = queued(3, 2).next_round(1, &|_| (0.0, 0));
         assert_eq!((round.second_order.len(), round.euler.len()), (3, 2));
     }
 }

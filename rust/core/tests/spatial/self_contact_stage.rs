@@ -80,7 +80,7 @@ fn the_coupled_method_finds_the_same_velocities() {
         let expected = solve(&stage, 1e-9);
         let mut coupled = blank(&stage);
         let mut newton = CoulombNewton::new(stage.links.len());
-        assert!(newton.continuation(&stage, &mut coupled, 1e-9).1, "trial {trial}");
+        assert!(newton.continuation(&stage, &mut coupled, 1e-9, u32::MAX).1, "trial {trial}");
         assert!(certify(&stage, &coupled).residual() < 1e-9, "trial {trial}: {:?}", certify(&stage, &coupled));
         worst = worst.max((stacked(&coupled.twist) - stacked(&expected.twist)).amax());
     }

@@ -83,7 +83,7 @@ fn every_random_stage_is_solved_and_certified_by_lanes_and_by_the_fallback() {
         let (_, status) = Fallback::new(11).solve_hard(&stage, &mut slow, 1e-8, u32::MAX);
         assert_eq!(status, SolveStatus::Solved, "case {case}");
         let mut newton = blank(&stage);
-        coupled += u32::from(CoulombNewton::new(11).continuation(&stage, &mut newton, 1e-9).1);
+        coupled += u32::from(CoulombNewton::new(11).continuation(&stage, &mut newton, 1e-9, u32::MAX).1);
         for other in [&slow, &newton] {
             let residual = certify(&stage, other).residual();
             let apart = (stacked(&fast.twist) - stacked(&other.twist)).amax();

@@ -178,7 +178,7 @@ fn the_coupled_method_finds_the_solution_of_weak_friction() {
         let expected = solve(&stage, &blank(&stage), 1e-9);
         let mut newton = CoulombNewton::new(n);
         let mut from_soft = blank(&stage);
-        assert!(newton.continuation(&stage, &mut from_soft, 1e-9).1, "trial {trial}");
+        assert!(newton.continuation(&stage, &mut from_soft, 1e-9, u32::MAX).1, "trial {trial}");
         let mut from_near = from_soft.clone();
         from_near.twist.iter_mut().for_each(|x| x.linear += Vector3::repeat(0.02));
         assert!(newton.solve(&stage, &mut from_near, 1e-9).1, "trial {trial}");

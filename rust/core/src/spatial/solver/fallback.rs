@@ -46,8 +46,8 @@ impl Fallback {
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
-    /// hold the result of another solver or anything else, NaN included. No method begins after `most` linear solves, the
-    /// number of which is also returned.
+    /// hold the result of another solver or anything else, NaN included. No method, and no problem of a method, begins after
+    /// `most` linear solves, the number of which is also returned.
     pub fn solve_hard(
         &mut self,
         stage: &Stage,
@@ -79,8 +79,8 @@ impl Fallback {
     }
 }
 
-/// Continues from the trial; returns linear solves.
-type Method = fn(&mut Attempt, &Stage, f64) -> u32;
+/// Continues from the trial to a tolerance; returns linear solves, which are to be about as many as given at most.
+type Method = fn(&mut Attempt, &Stage, f64, u32) -> u32;
 
 impl Attempt {
     /// Tries one method after the other until the residual is well within the tolerance, and keeps the best solution in
@@ -95,7 +95,7 @@ impl Attempt {
         ];
         self.best.copy_from(solution);
         self.residual = residual(stage, solution);
-        let (mut solves, is_done) = self.at_rest(stage, tolerance);
+        let (mut solves, is_done) = self.at_rest(stage, tolerance, most);
         for (method, enough) in methods {
             if is_done || solves >= most {
                 break;
@@ -104,7 +104,7 @@ impl Attempt {
             if self.residual.is_infinite() {
                 self.start_from_free_motion(stage);
             }
-            solves += method(self, stage, tolerance);
+            solves += method(self, stage, tolerance, most - solves);
             self.keep_if_better(stage);
             if self.residual <= enough * tolerance {
                 break;
@@ -125,14 +125,14 @@ impl Attempt {
     /// Friction that does not lag at all, whose solution is rest where the contacts can hold the robot: the robot stands
     /// once it is held within the [bound](rest::bound) that keeps it at rest from then on. Returns the linear solves and
     /// whether the stage is solved.
-    fn at_rest(&mut self, stage: &Stage, tolerance: f64) -> (u32, bool) {
+    fn at_rest(&mut self, stage: &Stage, tolerance: f64, most: u32) -> (u32, bool) {
         let Self { coulomb, trial, best, residual: least, rest, .. } = self;
         if least.is_infinite() || fastest(stage, best) > SLOW {
             return (0, false);
         }
         trial.copy_from(best);
         let (bound, mut left) = (bound(stage, tolerance), f64::INFINITY);
-        let solves = coulomb.lag(stage, trial, bound, Lag::None, |solution| {
+        let solves = coulomb.lag(stage, trial, bound, most, Lag::None, |solution| {
             let before = std::mem::replace(&mut left, rest.residual(stage, solution));
             left <= bound || left > GAIN * before
         });
@@ -147,14 +147,14 @@ impl Attempt {
     }
 
     /// Newton's method on the coupled problem from what the lanes left.
-    fn near_the_lanes(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+    fn near_the_lanes(&mut self, stage: &Stage, tolerance: f64, _: u32) -> u32 {
         self.coulomb.solve(stage, &mut self.trial, tolerance).0
     }
 
     /// Convex problems with friction that lags, from what is best so far.
-    fn by_convex_problems(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+    fn by_convex_problems(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
         let Self { coulomb, trial, best, residual: least, .. } = self;
-        coulomb.lag(stage, trial, tolerance, Lag::Follows, |solution| {
+        coulomb.lag(stage, trial, tolerance, most, Lag::Follows, |solution| {
             let reached = residual(stage, solution);
             if reached < *least {
                 *least = reached;
@@ -165,15 +165,15 @@ impl Attempt {
     }
 
     /// The same along the path of solutions from soft contacts.
-    fn by_continuation(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+    fn by_continuation(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
         self.start_from_free_motion(stage);
-        self.coulomb.continuation(stage, &mut self.trial, tolerance).0
+        self.coulomb.continuation(stage, &mut self.trial, tolerance, most).0
     }
 
     /// The lanes' method from free motion, radii moving only when the convex problem is solved.
-    fn strictly(&mut self, stage: &Stage, tolerance: f64) -> u32 {
+    fn strictly(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
         self.start_from_free_motion(stage);
-        self.strict.solve(stage, &mut self.trial, tolerance, MAX_ITERATIONS, true).iterations as u32
+        self.strict.solve(stage, &mut self.trial, tolerance, most.min(MAX_ITERATIONS), true).iterations as u32
     }
 
     /// Free motion without impulses.

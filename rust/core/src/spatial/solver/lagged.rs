@@ -22,28 +22,29 @@ pub(super) enum Lag {
 
 impl CoulombNewton {
     /// Solves convex problems one after the other, beginning at the velocities of `solution` and without lags, until
-    /// `accept` takes what it is given after each of them. The first one selects the shortest impulses. If no lags follow,
-    /// contacts become stiffer from problem to problem. Returns the linear solves.
+    /// `accept` takes what it is given after each of them, or the linear solves are `most`. The first one selects the shortest
+    /// impulses. If no lags follow, contacts become stiffer from problem to problem. Returns the linear solves.
     pub(super) fn lag(
         &mut self,
         stage: &Stage,
         solution: &mut StageSolution,
         tolerance: f64,
+        most: u32,
         lag: Lag,
         mut accept: impl FnMut(&StageSolution) -> bool,
     ) -> u32 {
         self.load(stage, solution, tolerance);
         self.form.is_lagged = true;
         let stiffest = STIFFEST * self.form.compliance;
-        let (most, round_off) = match lag {
+        let (problems, round_off) = match lag {
             Lag::None => (MOST_AT_REST, 0.0),
             Lag::Follows => (MOST_PROBLEMS, ROUND_OFF),
         };
         let mut solves = 0;
-        for _ in 0..most {
+        for _ in 0..problems {
             solves += self.descend(round_off);
             self.write(solution);
-            if accept(solution) {
+            if accept(solution) || solves >= most {
                 break;
             }
             match lag {
