@@ -26,14 +26,16 @@ use super::{Accuracy, ImplicitConfig};
 pub struct Fleet<M: Model> {
     config: ImplicitConfig,
     accuracy: Accuracy,
-    width: Width<M>,
+    size: usize,
+    /// Made when it is first needed: of the robots of a batch each is cloned with a fleet of its own, which never is.
+    width: Option<Width<M>>,
     robots: Spare<M>,
     plans: Vec<StepPlan>,
     queues: Queues,
     targets: Vec<M::Target>,
 }
 
-/// A group of the width chosen at construction.
+/// A group as wide as the number of robots makes it.
 #[derive(Debug, Clone)]
 enum Width<M: Model> {
     One(Box<Group<M, f64>>),
@@ -49,7 +51,8 @@ impl<M: CompiledModel> Fleet<M> {
         Self {
             config,
             accuracy: config.accuracy(&M::ACCURACY),
-            width: Width::choose(&config, system, robots),
+            size: robots,
+            width: None,
             robots: Spare(Vec::with_capacity(robots)),
             plans: Vec::with_capacity(robots),
             queues: Queues::with_capacity(robots),
@@ -72,7 +75,7 @@ impl<M: CompiledModel> Fleet<M> {
     }
 
     fn advance_all(&mut self, system: &M::System, robots: &mut [Driven<M>], duration: f64) {
-        let Self { config, accuracy, width, plans, queues, targets, .. } = self;
+        let Self { config, accuracy, size, width, plans, queues, targets, .. } = self;
         robots.iter_mut().for_each(|robot| robot.body.begin());
         if duration <= 0.0 {
             return;
@@ -82,7 +85,7 @@ impl<M: CompiledModel> Fleet<M> {
         plans.clear();
         plans.resize(robots.len(), StepPlan::at_start(&interval));
         let mut run = Run { config, system, robots, plans, queues, interval };
-        match width {
+        match width.get_or_insert_with(|| Width::choose(config, system, *size)) {
             Width::One(group) => M::advance(group, &mut run),
             #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
             Width::Four(group) => M::advance(group, &mut run),
