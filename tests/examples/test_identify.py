@@ -51,11 +51,13 @@ def test_parameters_of_a_noise_free_log_are_found(identify):
 
 
 def test_intervals_hold_the_truth_under_noise(identify):
-    """Estimates of four logs scatter about the truth as their standard errors say: a chi-square of 36 values. The fits begin
-    at the truth, which saves iterations."""
+    """Estimates of four logs scatter about the truth as their standard errors say: a chi-square of 36 values.
+
+    The fits begin at the truth, which saves iterations.
+    """
     noise, truth = identify.Noise(), identify.TRUTH
     fits = [identify.fit(identify.synthetic(truth, noise, seed), noise, guess=truth) for seed in range(4)]
-    scatter = np.array([(found.values - identify.TRUTH) / found.standard_errors for found in fits])
+    scatter = np.array([(found.values - truth) / found.standard_errors for found in fits])
     assert abs(scatter).max() < 3.5
     assert 0.4 < np.mean(scatter**2) < 2.0
     assert not any(found.warnings for found in fits)

@@ -341,7 +341,7 @@ mod tests {
     use super::*;
     use crate::fleet::at_start;
     use snake_core::planar::Fleet;
-    use snake_core::stepping::{ImplicitConfig, Scripted};
+    use snake_core::stepping::ImplicitConfig;
 
     #[test]
     fn features_that_cannot_act_do_not_change_the_motion() {
@@ -351,13 +351,9 @@ mod tests {
         let elliptic = aiko("free", "", &[], NEARLY_EQUAL, START_FREE);
         let [alone, far, nearly] = [free, among_far_pegs, elliptic].map(|scenario| {
             let system = scenario.system().unwrap();
-            let mut robots = vec![at_start(&scenario, &system)];
-            Fleet::new(ImplicitConfig::default(), &system, 1).advance(
-                &system,
-                robots.iter_mut().map(Scripted::driven),
-                5.0,
-            );
-            robots[0].body.state.clone()
+            let mut robot = at_start(&scenario, &system);
+            Fleet::new(ImplicitConfig::default(), &system, 1).advance(&system, [robot.driven()], 5.0);
+            robot.body.state.clone()
         });
         assert_eq!(alone, far);
         let apart = alone.pose.iter().zip(&nearly.pose).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);

@@ -346,7 +346,7 @@ impl<M: RobotModel> TimedBatch<M> {
 mod tests {
     use super::*;
     use crate::fleet::at_start;
-    use snake_core::stepping::{ImplicitConfig, Scripted};
+    use snake_core::stepping::ImplicitConfig;
 
     #[test]
     fn fields_have_as_many_pegs_as_asked_for_and_the_new_ones_are_out_of_reach() {
@@ -358,13 +358,9 @@ mod tests {
             many.scene.obstacles = pegs.into_iter().map(Into::into).collect();
             let ends = [&few, &many].map(|scenario| {
                 let system = scenario.system().unwrap();
-                let mut robots = vec![at_start(scenario, &system)];
-                Fleet::new(ImplicitConfig::default(), &system, 1).advance(
-                    &system,
-                    robots.iter_mut().map(Scripted::driven),
-                    10.0,
-                );
-                robots[0].body.state.pose.clone()
+                let mut robot = at_start(scenario, &system);
+                Fleet::new(ImplicitConfig::default(), &system, 1).advance(&system, [robot.driven()], 10.0);
+                robot.body.state.pose.clone()
             });
             let distance = ends[0].iter().zip(&ends[1]).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
             assert!(distance < 1e-12, "{count} pegs: {distance:e} m");

@@ -54,28 +54,6 @@ pub trait Reference<T>: Sync {
     }
 }
 
-impl<T, R: Reference<T>> Reference<T> for &R {
-    fn target(&self, joint: usize, time: f64) -> T {
-        (**self).target(joint, time)
-    }
-
-    fn targets(&self, time: f64, targets: &mut [T]) {
-        (**self).targets(time, targets);
-    }
-
-    fn travelling_wave(&self, time: f64) -> Option<WaveJets> {
-        (**self).travelling_wave(time)
-    }
-
-    fn torques(&self, time: f64, torques: &mut [f64]) -> bool {
-        (**self).torques(time, torques)
-    }
-
-    fn next_jump(&self, time: f64) -> f64 {
-        (**self).next_jump(time)
-    }
-}
-
 /// The travelling wave phi_i = A sin(omega t + (i - 1) beta + beta_0) + gamma (T 2.14), (T 2.15).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

@@ -208,10 +208,7 @@ pub fn random_motion<M: Flat>(
 pub fn require_alike_in_every_company<M: CompiledModel, R: Reference<M::Target>>(
     system: &M::System,
     robot: impl Fn(usize) -> Scripted<R, M>,
-) where
-    StateOf<M>: Send,
-    Scripted<R, M>: Send,
-{
+) {
     let robots = || -> Vec<_> { (0..11).map(&robot).collect() };
     let run = |robots: &mut [Scripted<R, M>], width: usize| -> Vec<StateOf<M>> {
         let mut fleet = Fleet::new(ImplicitConfig::default(), system, width);

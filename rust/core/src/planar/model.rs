@@ -4,7 +4,7 @@ use crate::gait::{JointTarget, Reference};
 use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
-use crate::stepping::kernels::compile_kernels;
+use crate::stepping::kernels::compile_stepping;
 use crate::stepping::start::is_following;
 use crate::stepping::{self, Accuracy, Model};
 
@@ -46,7 +46,7 @@ impl Model for Planar {
     }
 }
 
-compile_kernels!(Planar);
+compile_stepping!(Planar);
 
 impl<R: Reference<JointTarget>> Scripted<R> {
     /// A robot at rest among `obstacles`: `start` is CG and absolute angle of link 1, `joint_angle` its posture.

@@ -37,7 +37,7 @@ impl<M: CompiledModel> Scheme<M> for Fleet<M> {
     }
 
     fn advance(&mut self, system: &M::System, robot: Driven<M>, duration: f64) {
-        Fleet::advance(self, system, [robot], duration);
+        self.advance_all(system, &mut [robot], duration);
     }
 }
 

@@ -80,8 +80,8 @@ pub trait CoupledStage {
         (solves, true)
     }
 
-    /// The same by continuation from soft contacts to stiff ones, of which none is taken after `most` linear solves; if it does
-    /// not reach stiff ones, `solution` is the last one found.
+    /// The same by continuation from soft contacts to stiff ones; if it does not reach these, `solution` is the last one found.
+    /// No soft problem begins after `most` linear solves.
     fn continuation(
         &mut self,
         stage: &Self::Stage,

@@ -6,7 +6,7 @@ use crate::gait::{CardanTarget, Reference};
 use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
-use crate::stepping::kernels::compile_kernels;
+use crate::stepping::kernels::compile_stepping;
 use crate::stepping::{self, Accuracy, Model};
 
 use super::workspace::Workspace;
@@ -56,7 +56,7 @@ impl Model for Spatial {
     }
 }
 
-compile_kernels!(Spatial);
+compile_stepping!(Spatial);
 
 impl<R: Reference<CardanTarget>> SpatialScripted<R> {
     /// A robot at rest on the ground among `obstacles`, or on those that are under it: pose of link 1, which is lifted

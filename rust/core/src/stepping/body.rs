@@ -162,7 +162,7 @@ pub struct Driven<'a, M: Model> {
     pub reference: &'a dyn Reference<M::Target>,
 }
 
-/// A robot by itself with the reference that it follows.
+/// A body that owns the reference that its joints follow.
 #[derive(Debug, Clone)]
 pub struct Scripted<R, M: Model> {
     pub body: Body<M>,

@@ -10,7 +10,7 @@ use crate::math::Wide8;
 
 use super::body::Driven;
 use super::group::{Group, Verdicts};
-use super::kernels::{Compiled, CompiledModel};
+use super::kernels::CompiledModel;
 use super::lane_count::lanes_for;
 use super::lanes::Members;
 use super::model::Model;
@@ -26,8 +26,9 @@ use super::{Accuracy, ImplicitConfig};
 pub struct Fleet<M: Model> {
     config: ImplicitConfig,
     accuracy: Accuracy,
-    size: usize,
-    /// Made when it is first needed: of the robots of a batch each is cloned with a fleet of its own, which never is.
+    /// Robots that it is made for.
+    expected: usize,
+    /// Made when it first advances: each environment of a batch has a fleet of its own, which never does.
     width: Option<Width<M>>,
     robots: Spare<M>,
     plans: Vec<StepPlan>,
@@ -51,7 +52,7 @@ impl<M: CompiledModel> Fleet<M> {
         Self {
             config,
             accuracy: config.accuracy(&M::ACCURACY),
-            size: robots,
+            expected: robots,
             width: None,
             robots: Spare(Vec::with_capacity(robots)),
             plans: Vec::with_capacity(robots),
@@ -74,8 +75,9 @@ impl<M: CompiledModel> Fleet<M> {
         self.robots = Spare::of(list);
     }
 
-    fn advance_all(&mut self, system: &M::System, robots: &mut [Driven<M>], duration: f64) {
-        let Self { config, accuracy, size, width, plans, queues, targets, .. } = self;
+    /// [`advance`](Self::advance) without a list of its own.
+    pub fn advance_all(&mut self, system: &M::System, robots: &mut [Driven<M>], duration: f64) {
+        let Self { config, accuracy, expected, width, plans, queues, targets, .. } = self;
         robots.iter_mut().for_each(|robot| robot.body.begin());
         if duration <= 0.0 {
             return;
@@ -85,7 +87,7 @@ impl<M: CompiledModel> Fleet<M> {
         plans.clear();
         plans.resize(robots.len(), StepPlan::at_start(&interval));
         let mut run = Run { config, system, robots, plans, queues, interval };
-        match width.get_or_insert_with(|| Width::choose(config, system, *size)) {
+        match width.get_or_insert_with(|| Width::choose(config, system, *expected)) {
             Width::One(group) => M::advance(group, &mut run),
             #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
             Width::Four(group) => M::advance(group, &mut run),
@@ -156,10 +158,7 @@ pub struct Run<'a, 'r, M: Model> {
 
 impl<M: Model> Run<'_, '_, M> {
     /// Each robot follows its own plan to the end of the interval; robots are regrouped for every part.
-    pub fn advance<T: Real>(&mut self, group: &mut Group<M, T>)
-    where
-        M: Compiled<T>,
-    {
+    pub fn advance<T: Real>(&mut self, group: &mut Group<M, T>) {
         self.queues.clear();
         for member in 0..self.robots.len() {
             self.enqueue(member);

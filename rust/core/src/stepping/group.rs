@@ -16,7 +16,7 @@ use crate::math::{MAX_LANES, Real};
 
 use super::body::Trial;
 use super::energy::EnergyLedger;
-use super::kernels::{Compiled, Operation, Request};
+use super::kernels::{Operation, Request, run, solve};
 use super::lanes::{Lanes, Members, NO_LANES, active, mask};
 use super::model::Model;
 use super::sdirk::{EXTRAPOLATION, GAMMA};
@@ -44,7 +44,7 @@ pub struct Group<M: Model, T: Real> {
     quality: [StepStatistics; MAX_LANES],
 }
 
-impl<T: Real, M: Compiled<T>> Group<M, T> {
+impl<T: Real, M: Model> Group<M, T> {
     pub fn new(config: &ImplicitConfig, system: &M::System) -> Self {
         let links = M::robot(system).link_count();
         let contact_impulses = || Vec::with_capacity(PEG_IMPULSES_PER_LINK * links * T::LANES);
@@ -68,7 +68,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         let lanes = members.lanes();
         let postponed = self.run_stage(members, lanes, h, h, AfterMisprediction::Later);
         let ended = std::array::from_fn(|lane| lanes[lane] && !postponed[lane]);
-        M::run(&mut self.workspace, Operation::Arrive);
+        run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members, ended);
         // The first prediction tells how abruptly forces change, also of a stage that has been postponed since.
         let predicted =
@@ -91,9 +91,9 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         let postponed = self.run_stage(members, lanes, c, c, AfterMisprediction::Later);
         let lanes: Lanes = std::array::from_fn(|lane| lanes[lane] && !postponed[lane]);
         self.keep_first_stage(members, lanes);
-        M::run(&mut self.workspace, Operation::Extrapolate { h });
+        run(&mut self.workspace, Operation::Extrapolate { h });
         self.run_stage(members, lanes, c, h, AfterMisprediction::UnlessRejected);
-        M::run(&mut self.workspace, Operation::Arrive);
+        run(&mut self.workspace, Operation::Arrive);
         self.workspace.end_step(members, lanes);
         self.keep_trial(members, lanes);
         let accepted = std::array::from_fn(|lane| lanes[lane] && self.is_smooth(lane) && !self.workspace.sinks(lane));
@@ -128,7 +128,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.first_contact_impulses.clear();
         self.solves.fill(0);
         self.quality.fill(StepStatistics::default());
-        M::run(&mut self.workspace, Operation::Begin);
+        run(&mut self.workspace, Operation::Begin);
         self.workspace.take_guesses(members);
     }
 
@@ -147,7 +147,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
         self.contact_impulses.clear();
         let mut pending = lanes;
         for repetition in 1..=MAX_PREDICTIONS {
-            M::run(&mut self.workspace, Operation::Predict { c, elapsed: end, pending: mask::<T>(pending) });
+            run(&mut self.workspace, Operation::Predict { c, elapsed: end, pending: mask::<T>(pending) });
             self.workspace.find_contacts(members, pending);
             self.solve(members, pending);
             if repetition == 1 {
@@ -160,7 +160,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
             let again: Lanes =
                 std::array::from_fn(|lane| pending[lane] && self.workspace.is_mispredicted(lane) && may_repeat(lane));
             let solved = std::array::from_fn(|lane| pending[lane] && !again[lane]);
-            M::run(&mut self.workspace, Operation::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
+            run(&mut self.workspace, Operation::Keep { solved: mask::<T>(solved), again: mask::<T>(again) });
             self.workspace.collect_contact_impulses(members, solved, &mut self.contact_impulses);
             for lane in active(solved) {
                 if let Some(record) = &mut members.body_mut(lane).record {
@@ -186,7 +186,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     fn read_references(&mut self, members: &Members<M>, end: T) {
         let waving = self.workspace.read_waves(members, end);
         if waving != NO_LANES {
-            M::run(&mut self.workspace, Operation::FollowWaves);
+            run(&mut self.workspace, Operation::FollowWaves);
         }
         self.workspace.read_references(members, end, waving);
     }
@@ -194,7 +194,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
     /// Solves the stage in all lanes, and by the fallback where that fails; see [`super::verdict`].
     fn solve(&mut self, members: &mut Members<M>, lanes: Lanes) {
         let (tolerance, max_iterations) = (self.accuracy.tolerance, self.max_iterations);
-        let solved = M::solve(&mut self.workspace, Request { tolerance, max_iterations, lanes: mask::<T>(lanes) });
+        let solved = solve(&mut self.workspace, Request { tolerance, max_iterations, lanes: mask::<T>(lanes) });
         for lane in active(lanes) {
             let iterations = solved.outcome.iterations.lane(lane) as u32;
             let body = members.body_mut(lane);
@@ -218,7 +218,7 @@ impl<T: Real, M: Compiled<T>> Group<M, T> {
                 body.solves = solves;
             }
         }
-        M::run(&mut self.workspace, Operation::Evaluate { lanes: mask::<T>(lanes) });
+        run(&mut self.workspace, Operation::Evaluate { lanes: mask::<T>(lanes) });
     }
 
     /// Keeps work and impulses of pegs of the first stage until the step is accepted.

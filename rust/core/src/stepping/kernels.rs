@@ -1,7 +1,7 @@
 //! Stages and the steps that are made of them, compiled once for every width of register.
 //!
 //! [`Real::run`] switches the instruction set on and inlines all of a kernel. Without the non-generic functions that
-//! [`compile_kernels!`] writes, every crate that steps robots would compile all of it again.
+//! [`compile_stepping!`] writes, every crate that steps robots would compile all of it again.
 
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use crate::math::Wide4;
@@ -35,15 +35,15 @@ pub struct Request<T: Real> {
     pub lanes: T::Mask,
 }
 
-/// A model whose kernels are compiled for the width of `T`.
+/// A model of which the steps are compiled for the width of `T`.
 pub trait Compiled<T: Real>: Model {
-    fn run(workspace: &mut Self::Workspace<T>, operation: Operation<T>);
-    fn solve(workspace: &mut Self::Workspace<T>, request: Request<T>) -> SolvedStage<T>;
+    /// [`Group::new`].
     fn group(config: &ImplicitConfig, system: &Self::System) -> Box<Group<Self, T>>;
+    /// [`Run::advance`].
     fn advance(group: &mut Group<Self, T>, run: &mut Run<Self>);
 }
 
-/// A model whose kernels are compiled for every width.
+/// A model of which the steps are compiled for every width.
 #[cfg(target_arch = "x86_64")]
 pub trait CompiledModel: Compiled<f64> + Compiled<Wide4> + Compiled<Wide8> {}
 #[cfg(target_arch = "x86_64")]
@@ -57,9 +57,19 @@ pub trait CompiledModel: Compiled<f64> {}
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 impl<M: Compiled<f64>> CompiledModel for M {}
 
-pub struct RunOperation<'a, T: Real, W> {
-    pub workspace: &'a mut W,
-    pub operation: Operation<T>,
+/// Does a part of a step.
+pub fn run<T: Real>(workspace: &mut impl StageKernels<T>, operation: Operation<T>) {
+    T::run(RunOperation { workspace, operation });
+}
+
+/// Solves a stage.
+pub fn solve<T: Real>(workspace: &mut impl StageKernels<T>, request: Request<T>) -> SolvedStage<T> {
+    T::run(Solve { workspace, request })
+}
+
+struct RunOperation<'a, T: Real, W> {
+    workspace: &'a mut W,
+    operation: Operation<T>,
 }
 
 impl<T: Real, W: StageKernels<T>> Kernel for RunOperation<'_, T, W> {
@@ -80,9 +90,9 @@ impl<T: Real, W: StageKernels<T>> Kernel for RunOperation<'_, T, W> {
     }
 }
 
-pub struct Solve<'a, T: Real, W> {
-    pub workspace: &'a mut W,
-    pub request: Request<T>,
+struct Solve<'a, T: Real, W> {
+    workspace: &'a mut W,
+    request: Request<T>,
 }
 
 impl<T: Real, W: StageKernels<T>> Kernel for Solve<'_, T, W> {
@@ -95,31 +105,17 @@ impl<T: Real, W: StageKernels<T>> Kernel for Solve<'_, T, W> {
     }
 }
 
-/// Compiles the kernels of a model for every width.
-macro_rules! compile_kernels {
+/// Compiles the steps of a model for every width.
+macro_rules! compile_stepping {
     ($model:ty) => {
-        $crate::stepping::kernels::compile_kernels!($model, f64);
+        $crate::stepping::kernels::compile_stepping!($model, f64);
         #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-        $crate::stepping::kernels::compile_kernels!($model, $crate::math::Wide4);
+        $crate::stepping::kernels::compile_stepping!($model, $crate::math::Wide4);
         #[cfg(target_arch = "x86_64")]
-        $crate::stepping::kernels::compile_kernels!($model, $crate::math::Wide8);
+        $crate::stepping::kernels::compile_stepping!($model, $crate::math::Wide8);
     };
     ($model:ty, $real:ty) => {
         impl $crate::stepping::kernels::Compiled<$real> for $model {
-            fn run(
-                workspace: &mut <$model as $crate::stepping::Model>::Workspace<$real>,
-                operation: $crate::stepping::kernels::Operation<$real>,
-            ) {
-                <$real as $crate::math::Real>::run($crate::stepping::kernels::RunOperation { workspace, operation });
-            }
-
-            fn solve(
-                workspace: &mut <$model as $crate::stepping::Model>::Workspace<$real>,
-                request: $crate::stepping::kernels::Request<$real>,
-            ) -> $crate::stepping::SolvedStage<$real> {
-                <$real as $crate::math::Real>::run($crate::stepping::kernels::Solve { workspace, request })
-            }
-
             fn group(
                 config: &$crate::stepping::ImplicitConfig,
                 system: &<$model as $crate::stepping::Model>::System,
@@ -133,4 +129,4 @@ macro_rules! compile_kernels {
         }
     };
 }
-pub(crate) use compile_kernels;
+pub(crate) use compile_stepping;

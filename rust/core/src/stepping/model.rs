@@ -14,7 +14,7 @@ use super::body::Body;
 use super::stage::{StageInput, StageKernels, StageOutput};
 use super::state::{Coordinates, LinkPose};
 
-/// A robot model in stages: `planar::Planar` or `spatial::Spatial`. Everything is monomorphised.
+/// A robot model in stages: `planar::Planar` or `spatial::Spatial`. Everything but references is monomorphised.
 pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     /// Robot, ground and controller: what no step changes.
     type System: Debug + Clone;

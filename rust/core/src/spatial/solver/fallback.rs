@@ -46,8 +46,8 @@ impl Fallback {
     }
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
-    /// hold the result of another solver or anything else, NaN included. No method, and no problem of a method, begins after
-    /// `most` linear solves, the number of which is also returned.
+    /// hold the result of another solver or anything else, NaN included. Neither a method nor a convex problem begins
+    /// after `most` linear solves, the number of which is also returned.
     pub fn solve_hard(
         &mut self,
         stage: &Stage,
@@ -127,7 +127,7 @@ impl Attempt {
     /// whether the stage is solved.
     fn at_rest(&mut self, stage: &Stage, tolerance: f64, most: u32) -> (u32, bool) {
         let Self { coulomb, trial, best, residual: least, rest, .. } = self;
-        if least.is_infinite() || fastest(stage, best) > SLOW {
+        if most == 0 || least.is_infinite() || fastest(stage, best) > SLOW {
             return (0, false);
         }
         trial.copy_from(best);
