@@ -60,7 +60,7 @@ test-arm:
 
 # What the suite asks of fixed inputs, asked of fresh random ones.
 fuzz: build
-	SNAKE_ENV_FUZZ=search cargo test --quiet --package snake-stress --test scenes
+	SNAKE_ENV_FUZZ=search cargo test --quiet --package snake-stress --test suite scenes
 	SNAKE_ENV_FUZZ=search $(BIN)/python -m pytest tests/package/test_fuzz.py tests/package/test_native.py tests/package/test_buffers.py $(PYTEST)
 
 bench: build

@@ -47,7 +47,7 @@ impl Batch {
         let core = detached(py, || {
             let links = config.robot.links;
             let obstacles = config.scene.as_ref().map_or(0, |scene| scene.obstacles.len());
-            let bytes = num_envs as f64 * memory::of_environment(links, obstacles);
+            let bytes = memory::of_batch(config.model, links, obstacles, num_envs, num_threads);
             memory::require_memory("num_envs", num_envs, &format!("{num_envs} robots of {links} links"), bytes)?;
             Ok(Core::new(&config, num_envs, num_threads)?)
         })?;

@@ -3,6 +3,7 @@
 use std::fs::read_to_string;
 
 use snake_core::ConfigError;
+use snake_core::environment::ModelKind;
 use snake_core::error::require;
 
 /// # Errors
@@ -30,10 +31,20 @@ fn free() -> f64 {
 
 const ADDRESSABLE: f64 = isize::MAX as f64;
 
-/// An environment of a batch, by its links and by the obstacles of its scene \[bytes\]; measured with 11 to 10,000 links.
-pub fn of_environment(links: usize, obstacles: usize) -> f64 {
-    PER_LINK * links as f64 + PER_OBSTACLE * obstacles as f64
+/// A batch, by its model, the links of a robot, the obstacles of its scene and its threads \[bytes\]; measured with 11 to 2000
+/// links.
+pub fn of_batch(model: ModelKind, links: usize, obstacles: usize, num_envs: usize, num_threads: usize) -> f64 {
+    let per_link = match model {
+        ModelKind::Planar => 1000.0,
+        ModelKind::Spatial => 2000.0,
+    };
+    let workspaces = num_envs.div_ceil(ENVIRONMENTS_PER_WORKSPACE).max(num_threads.min(num_envs));
+    num_envs as f64 * (per_link * links as f64 + PER_OBSTACLE * obstacles as f64)
+        + workspaces as f64 * PER_LINK_OF_WORKSPACE * links as f64
 }
 
-const PER_LINK: f64 = 5200.0;
 const PER_OBSTACLE: f64 = 32.0;
+
+/// Robots in the lanes of eight, and the fewest environments of a large batch that share them.
+const PER_LINK_OF_WORKSPACE: f64 = 25_000.0;
+const ENVIRONMENTS_PER_WORKSPACE: usize = 64;

@@ -3,8 +3,9 @@ use crate::rows::MotorRow;
 
 use super::LawForm;
 
-/// The friction of the ground against the spin of a link is one that does nothing else. The motor of one joint axis: the drive within its torque-speed line, the inertia of its rotor and the damping of its
-/// gear, all single-valued; and the friction of its gear in proximal form, P = clamp(centre - r phi', +-b).
+/// The motor of one joint axis: the drive within its torque-speed line, the inertia of its rotor and the damping of its
+/// gear, all single-valued; and the friction of its gear in proximal form, P = clamp(centre - r phi', +-b). The friction of
+/// the ground against the spin of a link is a motor that has nothing else.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotorTerm<T: Real> {
     motor: MotorRow<T>,
