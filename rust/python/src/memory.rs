@@ -31,8 +31,8 @@ fn free() -> f64 {
 
 const ADDRESSABLE: f64 = isize::MAX as f64;
 
-/// A batch, by its model, the links of a robot, the obstacles of its scene and its threads \[bytes\]; measured with 11 to 2000
-/// links.
+/// A batch, by its model, the links of a robot, the obstacles of its scene and its threads \[bytes\]; measured with 11 and 500
+/// links by `test_the_memory_that_is_refused_is_about_what_environments_take`.
 pub fn of_batch(model: ModelKind, links: usize, obstacles: usize, num_envs: usize, num_threads: usize) -> f64 {
     let per_link = match model {
         ModelKind::Planar => 1000.0,

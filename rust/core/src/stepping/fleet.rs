@@ -75,8 +75,8 @@ impl<M: CompiledModel> Fleet<M> {
         self.robots = Spare::of(list);
     }
 
-    /// [`advance`](Self::advance) without a list of its own.
-    pub fn advance_all(&mut self, system: &M::System, robots: &mut [Driven<M>], duration: f64) {
+    /// [`advance`](Self::advance) for robots that are in a list already.
+    pub(crate) fn advance_all(&mut self, system: &M::System, robots: &mut [Driven<M>], duration: f64) {
         let Self { config, accuracy, expected, width, plans, queues, targets, .. } = self;
         robots.iter_mut().for_each(|robot| robot.body.begin());
         if duration <= 0.0 {

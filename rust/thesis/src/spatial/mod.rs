@@ -116,7 +116,8 @@ impl SpatialThesis {
         h: f64,
     ) {
         reference.targets(body.state.time, &mut self.targets);
-        let SpatialBody { state, obstacles, statistics, warm_start, ground_impulse, record, .. } = body;
+        let SpatialBody { state, obstacles, statistics, warm_start, record, .. } = body;
+        let SpatialBody { ground_impulse, contact_impulse, obstacle_impulse, .. } = body;
         let joint_torque = &mut warm_start.joint_torque;
         self.move_to_midpoint(state, h);
         self.command(system, state, joint_torque);
@@ -131,7 +132,6 @@ impl SpatialThesis {
             self.add_to(record, joint_torque, h);
         }
         self.move_to_end(system, state, h);
-        let SpatialBody { contact_impulse, obstacle_impulse, .. } = body;
         self.add_contact_impulses(contact_impulse, obstacle_impulse);
     }
 

@@ -79,7 +79,7 @@ impl Fallback {
     }
 }
 
-/// Continues from the trial to a tolerance; returns linear solves, which are to be about as many as given at most.
+/// Continues from the trial to a tolerance; is told how many linear solves are left, and returns how many it took.
 type Method = fn(&mut Attempt, &Stage, f64, u32) -> u32;
 
 impl Attempt {
