@@ -362,10 +362,13 @@ def test_it_learns_to_go_faster_on_open_ground(tmp_path):
 
 
 def test_it_needs_no_other_learner_and_no_pictures():
-    """Training and playing work where Stable-Baselines3, matplotlib, Optuna and SciPy cannot be imported."""
+    """Training works where Stable-Baselines3, matplotlib, Optuna and SciPy cannot be imported, nor torch's compiler."""
+    missing = ("stable_baselines3", "matplotlib", "optuna", "scipy", "torch._dynamo")
     code = (
-        "import sys; sys.modules.update(dict.fromkeys(('stable_baselines3', 'matplotlib', 'optuna', 'scipy')));"
-        "import training.learners.ppo, training.policies, snake_env.evaluation.rollout; from training import config;"
-        "config.load('field-hard')"
+        f"import sys; sys.modules.update(dict.fromkeys({missing}));"
+        "import training.policies, snake_env.evaluation.rollout; from training import config;"
+        "from training.learners.ppo import Learner;"
+        "config.load('field-hard');"
+        "learner = Learner(config.load('smoke', 'ppo'), 0, print); learner.collect(); learner.learn(0.0)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -205,7 +205,7 @@ class Learner:
         """Learns from what was collected; ``used`` is the share of the budget that is used up."""
         ppo = self.config.ppo
         rate = ppo.learning_rate * (1.0 - (1.0 - ppo.final_learning_rate) * used)
-        self.optimiser.set_rate(rate)
+        self.optimiser.rate = rate
         found = update(self.agent, self.optimiser, self.rollout, self.targets(), ppo, self.rng)
         self.collector.advance(used)
         return found | {"train/learning_rate": rate}
