@@ -6,7 +6,6 @@ use crate::math::{Mask, Real};
 use crate::robot::Link;
 
 /// The pairs `i < j` of links that are not neighbours and are close to each other in a lane.
-#[derive(Debug, Clone)]
 pub struct ClosePairs<T: Real> {
     /// Positions of the links' CGs.
     centres: Vec<Vector2<T>>,

@@ -13,7 +13,6 @@ use super::link_pairs::place_numbered;
 use super::workspace::{Motion, StageKinematics};
 
 /// The contacts of the current stage, of all lanes.
-#[derive(Debug, Clone)]
 pub struct Contacts {
     pub rows: FoundRows<StageContact>,
     pub friction: FoundFriction<StageContact>,

@@ -25,7 +25,6 @@ use super::PlanarSystem;
 use super::inverse_dynamics::{InverseDynamics, LinkInertia, LinkMotion, own_inertia};
 
 /// The controller's model with workspace, in the lanes of a register.
-#[derive(Debug, Clone)]
 pub struct IoDrive<T: Real> {
     dynamics: InverseDynamics<T>,
     /// Distances of each CG from the joints in front of the link and behind it \[m\].

@@ -17,7 +17,6 @@ use super::workspace::{Motion, Workspace};
 use super::{Planar, StagePair};
 
 /// Contacts of the current stage between links of one robot, of all lanes.
-#[derive(Debug, Clone)]
 pub struct SelfContactDetection<T: Real> {
     /// None where robots do not touch themselves.
     bound: Option<FoldingBound>,

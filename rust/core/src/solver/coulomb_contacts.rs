@@ -20,7 +20,6 @@ pub(crate) struct LawRow<const N: usize> {
 }
 
 /// Contacts of one kind, with obstacles or between links, and their friction.
-#[derive(Debug, Clone)]
 pub(crate) struct Contacts<const N: usize> {
     pub normal: Vec<ContactLaw<N>>,
     /// Of those that have it.

@@ -18,12 +18,10 @@ pub(crate) trait Head<const N: usize> {
 }
 
 /// A chain, and behind it what it can push.
-#[derive(Debug, Clone)]
 pub(crate) struct CoupledChain<const N: usize, const A: usize, G, H> {
     pub links: Vec<CoupledLink<N, A, G, H>>,
 }
 
-#[derive(Debug, Clone)]
 pub(crate) struct CoupledLink<const N: usize, const A: usize, G, H> {
     chain: ChainLink<N, A>,
     /// Whether it hangs on no other link: link 1, and obstacles that can be pushed.

@@ -41,7 +41,6 @@ pub(crate) trait EliminatedChain<T, D, S> {
 }
 
 /// Workspace of the correction.
-#[derive(Debug, Clone)]
 pub(crate) struct LowRank<T, D, S> {
     /// z of each row that has been applied, link by link.
     response: Vec<S>,

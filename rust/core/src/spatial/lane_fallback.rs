@@ -16,7 +16,6 @@ pub fn observe_hard_stages(observer: fn(&Stage)) {
 }
 
 /// Workspace for one robot at a time.
-#[derive(Debug, Clone)]
 pub struct LaneFallback {
     fallback: Fallback,
     stage: Stage,

@@ -18,7 +18,6 @@ use super::{
 };
 
 /// The contacts of the current stage with obstacles, of all lanes.
-#[derive(Debug, Clone)]
 pub struct ObstacleContacts {
     pub rows: FoundRows<StageContact>,
     /// Those of them that have friction, by their index.

@@ -8,7 +8,6 @@ use crate::spatial::{ChainVelocity, Stage, StageDrive, StageSolution, Twist, cer
 use crate::stepping::AT_REST;
 
 /// The candidate: zero velocity under given impulses.
-#[derive(Debug, Clone)]
 pub struct RestCandidate<T = f64> {
     solution: StageSolution<T>,
 }

@@ -19,7 +19,6 @@ use super::workspace::{Motion, StageKinematics, Workspace};
 use super::{Frame, LinkAxis, Pose, StagePair, Wrench};
 
 /// Contacts of the stage at hand between links of one robot, of all lanes.
-#[derive(Debug, Clone)]
 pub struct SelfContactDetection<T: Real> {
     /// None where robots do not touch themselves.
     bound: Option<FoldingBound>,

@@ -14,7 +14,6 @@ use crate::math::{Laned, MAX_LANES, Real};
 use crate::obstacles::{Movable, Moved, Nodes, OutOfPlane};
 
 /// By their numbers in the scene, lane by lane.
-#[derive(Debug, Clone)]
 pub struct Awake {
     /// In the order of their nodes behind the links.
     awake: [Vec<usize>; MAX_LANES],

@@ -70,7 +70,6 @@ impl<T: Real> ClosingRow<T> {
 }
 
 /// The closings of a register's robots.
-#[derive(Debug, Clone)]
 pub struct Closings {
     lanes: [Closing; MAX_LANES],
 }

@@ -22,7 +22,6 @@ use super::{Accuracy, ImplicitConfig};
 
 /// Advances robots in groups as wide as the machine's registers; one robot's motion does not depend on that width, on
 /// its neighbours, or on their number.
-#[derive(Debug, Clone)]
 pub struct Fleet<M: Model> {
     config: ImplicitConfig,
     accuracy: Accuracy,
@@ -37,7 +36,6 @@ pub struct Fleet<M: Model> {
 }
 
 /// A group as wide as the number of robots makes it.
-#[derive(Debug, Clone)]
 enum Width<M: Model> {
     One(Box<Group<M, f64>>),
     #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
@@ -46,9 +44,8 @@ enum Width<M: Model> {
     Eight(Box<Group<M, Wide8>>),
 }
 
-impl<M: CompiledModel> Fleet<M> {
-    /// A fleet of about `robots` robots; few of them are faster one by one than in a wide group.
-    pub fn new(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
+impl<M: Model> Fleet<M> {
+    fn before_first_advance(config: ImplicitConfig, robots: usize, joints: usize) -> Self {
         Self {
             config,
             accuracy: config.accuracy(&M::ACCURACY),
@@ -57,8 +54,28 @@ impl<M: CompiledModel> Fleet<M> {
             robots: Spare(Vec::with_capacity(robots)),
             plans: Vec::with_capacity(robots),
             queues: Queues::with_capacity(robots),
-            targets: vec![M::Target::default(); M::robot(system).joint_count()],
+            targets: vec![M::Target::default(); joints],
         }
+    }
+}
+
+/// A copy makes a workspace of its own when it first advances.
+impl<M: Model> Clone for Fleet<M> {
+    fn clone(&self) -> Self {
+        Self::before_first_advance(self.config, self.expected, self.targets.len())
+    }
+}
+
+impl<M: Model> Debug for Fleet<M> {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        f.debug_struct("Fleet").field("config", &self.config).field("expected", &self.expected).finish_non_exhaustive()
+    }
+}
+
+impl<M: CompiledModel> Fleet<M> {
+    /// A fleet of about `robots` robots; few of them are faster one by one than in a wide group.
+    pub fn new(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
+        Self::before_first_advance(config, robots, M::robot(system).joint_count())
     }
 
     /// The configured accuracy, with the model's defaults.
@@ -107,18 +124,6 @@ impl<M: Model> Spare<M> {
     fn of(mut list: Vec<Driven<M>>) -> Self {
         list.clear();
         Self(list.into_iter().map(|_| unreachable!("the list is empty")).collect())
-    }
-}
-
-impl<M: Model> Clone for Spare<M> {
-    fn clone(&self) -> Self {
-        Self(Vec::with_capacity(self.0.capacity()))
-    }
-}
-
-impl<M: Model> Debug for Spare<M> {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        write!(f, "Spare({})", self.0.capacity())
     }
 }
 

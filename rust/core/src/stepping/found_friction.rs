@@ -11,7 +11,6 @@ use super::lanes::Lanes;
 use super::stage::ContactImpulse;
 
 /// Friction of those rows of one kind that have it.
-#[derive(Debug, Clone)]
 pub struct FoundFriction<R> {
     found: Vec<Frictional<R>>,
 }

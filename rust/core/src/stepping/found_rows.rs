@@ -25,7 +25,6 @@ pub struct FoundRow<R> {
 }
 
 /// All rows of one kind.
-#[derive(Debug, Clone)]
 pub struct FoundRows<R> {
     found: Vec<FoundRow<R>>,
     /// For each link, rows in the lane that has the most of them; once laid out, its first slot.

@@ -19,7 +19,6 @@ use crate::obstacles::Patches;
 use super::sdirk::GAMMA;
 
 /// What is left of the friction at the contacts with the ground of robots in the lanes of a register.
-#[derive(Debug, Clone)]
 pub struct FrictionShares<T> {
     /// Whether any lane's ground has the effect, or patches.
     pub is_any: bool,

@@ -26,7 +26,6 @@ use super::verdict::solves_left;
 use super::{Accuracy, ImplicitConfig};
 
 /// Workspace for up to `T::LANES` robots of one system.
-#[derive(Debug, Clone)]
 pub struct Group<M: Model, T: Real> {
     accuracy: Accuracy,
     max_iterations: u32,

@@ -44,7 +44,6 @@ impl<T: Real> StageStop<T> {
 }
 
 /// The stops of all axes of a register's robots: of each joint, and in 3D yaw before pitch.
-#[derive(Debug, Clone)]
 pub struct JointStops<T: Real> {
     /// Largest angle of all axes to either side, zero where they have limits of their own \[rad\].
     limit: T,

@@ -7,7 +7,6 @@ use crate::rows::MotorRow;
 use super::sdirk::EXTRAPOLATION;
 
 /// The motors of a register's robots: the same in all lanes but for the share of their torque.
-#[derive(Debug, Clone)]
 pub struct Motors<T> {
     /// Of the axes, `None` where a joint is broken or has no such axis; empty where robots have none.
     of_axes: Vec<Option<Motor>>,

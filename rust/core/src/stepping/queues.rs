@@ -3,7 +3,7 @@
 use super::plan::Part;
 
 /// Robots that have chosen their next part, by its scheme.
-#[derive(Debug, Clone, Default)]
+#[derive(Default)]
 pub struct Queues {
     second_order: Vec<usize>,
     euler: Vec<usize>,
@@ -12,7 +12,7 @@ pub struct Queues {
 }
 
 /// The robots of one round, to be taken in registers in this order.
-#[derive(Debug, Clone, Default)]
+#[derive(Default)]
 pub struct Round {
     pub second_order: Vec<usize>,
     pub euler: Vec<usize>,

@@ -9,7 +9,6 @@ use super::terms::RowTerm;
 use super::unilateral::{RowLaw, UnilateralTerm};
 
 /// Friction at the contacts of one kind of the stage at hand; `P` is where a row acts.
-#[derive(Debug, Clone)]
 pub(super) struct ContactFriction<P, T> {
     pub terms: Vec<RowTerm<P, BoundedTerm<T>>>,
 }

@@ -9,7 +9,6 @@ use super::coulomb_newton::CoulombNewton;
 use super::coulomb_path::CoulombPath;
 
 /// Workspace of the fallback, for one robot.
-#[derive(Debug, Clone)]
 pub(super) struct CoulombFallback {
     newton: CoulombNewton,
     path: CoulombPath,

@@ -34,7 +34,6 @@ pub(super) struct SpinLaw {
 }
 
 /// Both on one link.
-#[derive(Debug, Clone)]
 pub(super) struct LinkGround {
     pub friction: GroundLaw,
     pub spin: Option<SpinLaw>,

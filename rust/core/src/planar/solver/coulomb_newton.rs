@@ -14,7 +14,6 @@ use super::coulomb_sweep::{chain_link, mass_matrix};
 use super::newton::TUNING;
 
 /// Workspace of the solver, re-used from stage to stage.
-#[derive(Debug, Clone)]
 pub(super) struct CoulombNewton {
     chain: CoupledChain<3, 1, LinkGround, PlanarHead>,
     /// With obstacles, and between links.

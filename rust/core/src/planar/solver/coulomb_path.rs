@@ -15,7 +15,6 @@ use crate::solver::{CoupledStage, Defect, converge};
 use super::coulomb_newton::CoulombNewton;
 
 /// Workspace, one number for each velocity and impulse.
-#[derive(Debug, Clone)]
 pub(super) struct CoulombPath {
     /// A point of the path, and its s.
     from: Vec<f64>,

@@ -11,7 +11,6 @@ use super::coulomb_fallback::CoulombFallback;
 use super::{InteriorPoint, Newton};
 
 /// Workspace of the fallback, for one robot.
-#[derive(Debug, Clone)]
 pub struct Fallback {
     solvers: Solvers,
     coulomb: CoulombFallback,
@@ -21,7 +20,6 @@ pub struct Fallback {
     residual: f64,
 }
 
-#[derive(Debug, Clone)]
 struct Solvers {
     interior_point: InteriorPoint,
     newton: Newton,

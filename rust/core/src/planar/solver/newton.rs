@@ -25,7 +25,6 @@ use super::terms::{ContactTerm, OnLink, StopTerm};
 use super::unilateral::RowLaw;
 
 /// Workspace of the solver, re-used from stage to stage.
-#[derive(Debug, Clone)]
 pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     pub(super) skin: Option<Skin>,

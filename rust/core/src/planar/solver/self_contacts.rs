@@ -17,7 +17,6 @@ use super::transfer::keep;
 use super::unilateral::{RowLaw, UnilateralTerm};
 
 /// The contacts of the current stage.
-#[derive(Debug, Clone)]
 pub(super) struct SelfContacts<T> {
     terms: Vec<PairTerm<T>>,
     friction: ContactFriction<Coupling<T>, T>,

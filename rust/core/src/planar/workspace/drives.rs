@@ -7,7 +7,6 @@ use crate::robot::Breakage;
 use crate::stepping::Backlash;
 
 /// What the joints follow in a stage, and how their actuators do.
-#[derive(Debug, Clone)]
 pub struct Drives<T: Real> {
     /// The wave that the joints follow at the end of the stage, where they follow one.
     pub wave: WaveJets<T>,

@@ -26,7 +26,6 @@ use drives::Drives;
 pub use motion::{Motion, StageKinematics};
 
 /// Data of the current stage, for as many robots as `T` has lanes.
-#[derive(Debug, Clone)]
 pub struct Workspace<T: Real> {
     /// Constants of the links, in every lane, and whether the lanes' robots differ in them from the system's.
     pub constants: Vec<LinkConstants<T>>,
@@ -71,7 +70,6 @@ pub struct Workspace<T: Real> {
 }
 
 /// What follows from the solution of a stage.
-#[derive(Debug, Clone)]
 pub struct StageResult<T: Real> {
     /// Work.
     stage_energy: EnergyLedger<T>,

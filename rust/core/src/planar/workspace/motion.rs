@@ -10,7 +10,6 @@ use crate::planar::{Heading, PlanarSystem};
 use super::motion_bound::MotionBound;
 
 /// Configurations and velocities of a stage.
-#[derive(Debug, Clone)]
 pub struct Motion<T> {
     /// Distances of each CG from the joints in front of the link and behind it, for the links of the robot only \[m\].
     pub arms: Vec<[T; 2]>,

@@ -16,7 +16,6 @@ use super::coulomb_sweep::{chain_link, mass_matrix, spatial_vector, stacked};
 use super::transfer::PENALTY;
 
 /// Workspace of the solver, re-used from stage to stage.
-#[derive(Debug, Clone)]
 pub struct CoulombNewton {
     pub(super) chain: CoupledChain<6, 2, GroundLaws, LU<f64, U6, U6>>,
     pub(super) contacts: Vec<ObstacleLaw>,

@@ -14,14 +14,12 @@ use super::lagged::Lag;
 use super::{CoulombNewton, Newton};
 
 /// Workspace of the fallback, for one robot.
-#[derive(Debug, Clone)]
 pub struct Fallback {
     attempt: Attempt,
     relaxed: Stage,
     relaxed_solution: StageSolution,
 }
 
-#[derive(Debug, Clone)]
 struct Attempt {
     coulomb: CoulombNewton,
     strict: Newton,

@@ -34,7 +34,6 @@ use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageFriction, StageSolution};
 
 /// Workspace of the solver, re-used from stage to stage.
-#[derive(Debug, Clone)]
 pub struct Newton<T: Real = f64> {
     pub(super) links: Vec<LinkTerm<T>>,
     /// Of the axes of the joints in turn; empty where no joint is near a stop.

@@ -23,7 +23,6 @@ pub(super) struct ObstacleFrictionTerm<T: Real> {
 }
 
 /// Frictions of the contacts of the stage at hand, one for each, or none.
-#[derive(Debug, Clone)]
 pub(super) struct ObstacleFriction<T: Real> {
     terms: Vec<ObstacleFrictionTerm<T>>,
 }

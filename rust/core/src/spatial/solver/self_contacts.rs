@@ -10,7 +10,6 @@ use super::sweep::Quadratic;
 use super::terms::ContactTerm;
 
 /// The contacts of the stage at hand.
-#[derive(Debug, Clone)]
 pub(super) struct SelfContacts<T: Real> {
     terms: Vec<PairTerm<T>>,
     /// Force of all contacts on each link, w P.

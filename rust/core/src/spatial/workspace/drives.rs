@@ -6,7 +6,6 @@ use crate::spatial::SpatialSystem;
 use crate::stepping::Backlash;
 
 /// What the joints follow in a stage, and how their actuators do.
-#[derive(Debug, Clone)]
 pub struct Drives<T: Real> {
     /// Joint references at the end of the stage: yaw and pitch, angle and rate; and laws.
     pub target: Vec<[[T; 2]; 2]>,

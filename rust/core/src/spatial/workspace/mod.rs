@@ -34,7 +34,6 @@ use bodies::StageMovable;
 use drives::Drives;
 
 /// Data of the current stage, for as many robots as `T` has lanes.
-#[derive(Debug, Clone)]
 pub struct Workspace<T: Real> {
     /// Farthest point of each link's surface from its CG \[m\].
     reach: Vec<T>,
@@ -84,7 +83,6 @@ pub struct Workspace<T: Real> {
 }
 
 /// What follows from the solution of a stage.
-#[derive(Debug, Clone)]
 pub struct StageResult<T: Real> {
     /// Work.
     energy: EnergyLedger<T>,
@@ -103,7 +101,6 @@ pub struct StageResult<T: Real> {
 }
 
 /// What is kept of a stage, lane by lane, once its solution is accepted; some lanes may need another prediction.
-#[derive(Debug, Clone)]
 pub struct Kept<T> {
     /// The stage's end velocity and momenta.
     pub end: ChainVelocity<T>,

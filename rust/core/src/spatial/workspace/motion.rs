@@ -7,7 +7,6 @@ use crate::spatial::{
 };
 
 /// Configurations and velocities of a stage.
-#[derive(Debug, Clone)]
 pub struct Motion<T> {
     pub shape: ChainShape<T>,
     /// Of the robot, see [`crate::robot::Robot::extent`] \[m\].

@@ -41,7 +41,6 @@ pub struct Descent {
 }
 
 /// Workspace of the solver.
-#[derive(Debug, Clone)]
 pub struct InteriorPoint {
     friction: Vec<SurfaceCone>,
     grounds: Vec<Ground>,
