@@ -7,7 +7,7 @@ use snake_core::obstacles::{Moved, Obstacle, Shape, Spring};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_FREE, SceneConfig};
 use snake_core::simulation::Simulation;
-use snake_core::stepping::{CompiledModel, Fleet, ImplicitConfig, Scripted, StateOf, StepStatistics};
+use snake_core::stepping::{Fleet, ImplicitConfig, Model, Scripted, StateOf, StepStatistics};
 
 use crate::allocation::REQUESTS;
 use crate::flat::{Flat, Still, lying};
@@ -205,7 +205,7 @@ pub fn random_motion<M: Flat>(
 }
 
 /// Eleven robots, of which more than three push something, move the same alone and among others.
-pub fn require_alike_in_every_company<M: CompiledModel, R: Reference<M::Target>>(
+pub fn require_alike_in_every_company<M: Model, R: Reference<M::Target>>(
     system: &M::System,
     robot: impl Fn(usize) -> Scripted<R, M>,
 ) {

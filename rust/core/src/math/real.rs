@@ -11,6 +11,7 @@ pub const MAX_LANES: usize = 8;
 /// was computed in.
 pub trait Real:
     Send
+    + Sync
     + Copy
     + Debug
     + PartialEq
@@ -76,7 +77,7 @@ pub trait Real:
 }
 
 /// One truth value per lane.
-pub trait Mask: Send + Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+pub trait Mask: Send + Sync + Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     const LANES: usize;
 
     /// True in the lanes for which `is_true` returns true.

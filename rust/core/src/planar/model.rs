@@ -4,9 +4,8 @@ use crate::gait::{JointTarget, Reference};
 use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
-use crate::stepping::kernels::compile_stepping;
 use crate::stepping::start::is_following;
-use crate::stepping::{self, Accuracy, Model};
+use crate::stepping::{self, Accuracy, AnyGroup, ImplicitConfig, Model, group_for};
 
 use super::workspace::Workspace;
 use super::{PlanarSystem, Pose, Twist, WarmStart, assemble_chain};
@@ -36,6 +35,10 @@ impl Model for Planar {
     const RESIDUAL_FACTOR: f64 = 1.0;
     const SORTED_BY_STAGE: bool = true;
 
+    fn group(config: &ImplicitConfig, system: &PlanarSystem, robots: usize) -> Box<dyn AnyGroup<Self>> {
+        group_for(config, system, robots)
+    }
+
     fn robot(system: &PlanarSystem) -> &Robot {
         &system.robot
     }
@@ -45,8 +48,6 @@ impl Model for Planar {
         joints.all(|(joint, target)| is_following(target, body.state.joint_angle(joint), body.state.joint_rate(joint)))
     }
 }
-
-compile_stepping!(Planar);
 
 impl<R: Reference<JointTarget>> Scripted<R> {
     /// A robot at rest among `obstacles`: `start` is CG and absolute angle of link 1, `joint_angle` its posture.

@@ -25,12 +25,10 @@ use crate::obstacles::{Movable, Moved, ObstacleGrid, Peg};
 use crate::robot::{Robot, RobotConfig};
 use crate::scene::{Scene, SceneConfig};
 use crate::spatial::ball_gap;
-use crate::stepping::{
-    Body, Clock, CompiledModel, Driven, Fleet, Model, Record, StateOf, StepStatistics, WarmStart, steps_in,
-};
+use crate::stepping::{Body, Clock, Driven, Fleet, Model, Record, StateOf, StepStatistics, WarmStart, steps_in};
 
 /// A model of which a robot can be simulated by itself.
-pub trait SimulatedModel: CompiledModel {
+pub trait SimulatedModel: Model {
     const NAME: ModelName;
 
     /// # Errors

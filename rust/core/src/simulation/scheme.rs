@@ -4,7 +4,7 @@ use std::fmt::Debug;
 
 use crate::capabilities::Method;
 use crate::error::ConfigError;
-use crate::stepping::{CompiledModel, Driven, Fleet, ImplicitConfig, Model};
+use crate::stepping::{Driven, Fleet, ImplicitConfig, Model};
 
 /// A way to advance one robot, with its workspace.
 pub trait Scheme<M: Model>: Debug + Clone {
@@ -31,7 +31,7 @@ pub trait SchemeConfig<M: Model> {
     fn scheme(&self, system: &M::System) -> Self::Scheme;
 }
 
-impl<M: CompiledModel> Scheme<M> for Fleet<M> {
+impl<M: Model> Scheme<M> for Fleet<M> {
     fn step(&self) -> f64 {
         self.accuracy().step
     }
@@ -41,7 +41,7 @@ impl<M: CompiledModel> Scheme<M> for Fleet<M> {
     }
 }
 
-impl<M: CompiledModel> SchemeConfig<M> for ImplicitConfig {
+impl<M: Model> SchemeConfig<M> for ImplicitConfig {
     type Scheme = Fleet<M>;
 
     const METHOD: Method = Method::Implicit;

@@ -6,8 +6,7 @@ use crate::gait::{CardanTarget, Reference};
 use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
-use crate::stepping::kernels::compile_stepping;
-use crate::stepping::{self, Accuracy, Model};
+use crate::stepping::{self, Accuracy, AnyGroup, ImplicitConfig, Model, group_for};
 
 use super::workspace::Workspace;
 use super::{ChainState, Pose, SpatialSystem, StackedTwist, assemble_chain, rest_on};
@@ -38,6 +37,10 @@ impl Model for Spatial {
     const RESIDUAL_FACTOR: f64 = 10.0;
     const SORTED_BY_STAGE: bool = false;
 
+    fn group(config: &ImplicitConfig, system: &SpatialSystem, robots: usize) -> Box<dyn AnyGroup<Self>> {
+        group_for(config, system, robots)
+    }
+
     fn robot(system: &SpatialSystem) -> &Robot {
         &system.robot
     }
@@ -55,8 +58,6 @@ impl Model for Spatial {
         body.warm_start.write(&system.robot, mass, &system.shape, &mut body.state);
     }
 }
-
-compile_stepping!(Spatial);
 
 impl<R: Reference<CardanTarget>> SpatialScripted<R> {
     /// A robot at rest on the ground among `obstacles`, or on those that are under it: pose of link 1, which is lifted

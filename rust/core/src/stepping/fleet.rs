@@ -10,7 +10,6 @@ use crate::math::Wide8;
 
 use super::body::Driven;
 use super::group::{Group, Verdicts};
-use super::kernels::CompiledModel;
 use super::lane_count::lanes_for;
 use super::lanes::Members;
 use super::model::Model;
@@ -28,20 +27,11 @@ pub struct Fleet<M: Model> {
     /// Robots that it is made for.
     expected: usize,
     /// Made when it first advances: each environment of a batch has a fleet of its own, which never does.
-    width: Option<Width<M>>,
+    group: Option<Box<dyn AnyGroup<M>>>,
     robots: Spare<M>,
     plans: Vec<StepPlan>,
     queues: Queues,
     targets: Vec<M::Target>,
-}
-
-/// A group as wide as the number of robots makes it.
-enum Width<M: Model> {
-    One(Box<Group<M, f64>>),
-    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-    Four(Box<Group<M, Wide4>>),
-    #[cfg(target_arch = "x86_64")]
-    Eight(Box<Group<M, Wide8>>),
 }
 
 impl<M: Model> Fleet<M> {
@@ -50,7 +40,7 @@ impl<M: Model> Fleet<M> {
             config,
             accuracy: config.accuracy(&M::ACCURACY),
             expected: robots,
-            width: None,
+            group: None,
             robots: Spare(Vec::with_capacity(robots)),
             plans: Vec::with_capacity(robots),
             queues: Queues::with_capacity(robots),
@@ -72,7 +62,7 @@ impl<M: Model> Debug for Fleet<M> {
     }
 }
 
-impl<M: CompiledModel> Fleet<M> {
+impl<M: Model> Fleet<M> {
     /// A fleet of about `robots` robots; few of them are faster one by one than in a wide group.
     pub fn new(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
         Self::before_first_advance(config, robots, M::robot(system).joint_count())
@@ -94,7 +84,7 @@ impl<M: CompiledModel> Fleet<M> {
 
     /// [`advance`](Self::advance) for robots that are in a list already.
     pub(crate) fn advance_all(&mut self, system: &M::System, robots: &mut [Driven<M>], duration: f64) {
-        let Self { config, accuracy, expected, width, plans, queues, targets, .. } = self;
+        let Self { config, accuracy, expected, group, plans, queues, targets, .. } = self;
         robots.iter_mut().for_each(|robot| robot.body.begin());
         if duration <= 0.0 {
             return;
@@ -104,13 +94,7 @@ impl<M: CompiledModel> Fleet<M> {
         plans.clear();
         plans.resize(robots.len(), StepPlan::at_start(&interval));
         let mut run = Run { config, system, robots, plans, queues, interval };
-        match width.get_or_insert_with(|| Width::choose(config, system, *expected)) {
-            Width::One(group) => M::advance(group, &mut run),
-            #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-            Width::Four(group) => M::advance(group, &mut run),
-            #[cfg(target_arch = "x86_64")]
-            Width::Eight(group) => M::advance(group, &mut run),
-        }
+        group.get_or_insert_with(|| M::group(config, system, *expected)).advance(&mut run);
         let sound = robots.iter_mut().filter(|robot| !robot.body.statistics.diverged);
         sound.for_each(|robot| M::from_reduced(system, robot.body));
     }
@@ -127,15 +111,26 @@ impl<M: Model> Spare<M> {
     }
 }
 
-impl<M: CompiledModel> Width<M> {
-    fn choose(config: &ImplicitConfig, system: &M::System, robots: usize) -> Self {
-        match lanes_for(robots) {
-            #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
-            Wide4::LANES => Width::Four(M::group(config, system)),
-            #[cfg(target_arch = "x86_64")]
-            Wide8::LANES => Width::Eight(M::group(config, system)),
-            _ => Width::One(M::group(config, system)),
-        }
+/// A [`Group`] of any width.
+pub trait AnyGroup<M: Model>: Send + Sync {
+    /// [`Run::advance`].
+    fn advance(&mut self, run: &mut Run<M>);
+}
+
+impl<M: Model, T: Real> AnyGroup<M> for Group<M, T> {
+    fn advance(&mut self, run: &mut Run<M>) {
+        run.advance(self);
+    }
+}
+
+/// The group for about `robots` robots; for [`Model::group`] alone, since it compiles the steps for every width.
+pub fn group_for<M: Model>(config: &ImplicitConfig, system: &M::System, robots: usize) -> Box<dyn AnyGroup<M>> {
+    match lanes_for(robots) {
+        #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+        Wide4::LANES => Box::new(Group::<M, Wide4>::new(config, system)),
+        #[cfg(target_arch = "x86_64")]
+        Wide8::LANES => Box::new(Group::<M, Wide8>::new(config, system)),
+        _ => Box::new(Group::<M, f64>::new(config, system)),
     }
 }
 

@@ -45,14 +45,11 @@ pub use config::{
     validate_iterations,
 };
 pub use energy::EnergyLedger;
-pub use fleet::Fleet;
-pub(crate) use fleet::Run;
+pub use fleet::{AnyGroup, Fleet, group_for};
 pub use found_friction::FoundFriction;
 pub use found_rows::{FoundRow, FoundRows, SolvedRows};
 pub use friction_shares::{ContactPoint, FrictionShares};
-pub(crate) use group::Group;
 pub use joint_stops::{JointStops, StageStop};
-pub use kernels::CompiledModel;
 pub use lane_count::{available_lanes, forced_lanes, widest_lanes};
 pub use lanes::Members;
 pub use model::{Model, WarmStart};

@@ -9,10 +9,11 @@ use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 
-use super::Accuracy;
 use super::body::Body;
+use super::fleet::AnyGroup;
 use super::stage::{StageInput, StageKernels, StageOutput};
 use super::state::{Coordinates, LinkPose};
+use super::{Accuracy, ImplicitConfig};
 
 /// A robot model in stages: `planar::Planar` or `spatial::Spatial`. Everything but references is monomorphised.
 pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
@@ -33,6 +34,10 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     /// Whether robots share registers by the linear solves of their last stage, instead of their last accepted step:
     /// whichever predicts better how many the next stage takes.
     const SORTED_BY_STAGE: bool;
+
+    /// [`group_for`](super::group_for). Not a default method: in that of a model, its steps are compiled with the core,
+    /// and not again by every crate that steps robots.
+    fn group(config: &ImplicitConfig, system: &Self::System, robots: usize) -> Box<dyn AnyGroup<Self>>;
 
     fn robot(system: &Self::System) -> &Robot;
 

@@ -18,7 +18,7 @@ use super::verdict::FallbackResult;
 
 /// Arithmetic over lanes, compiled once for every width of register ([`super::kernels`]): every method is
 /// `#[inline(always)]`.
-pub trait StageKernels<T: Real>: Send {
+pub trait StageKernels<T: Real>: Send + Sync {
     /// Base, guess and reference velocity of a stage that starts with the step.
     fn begin(&mut self);
     /// Joint references along travelling waves.
