@@ -140,7 +140,7 @@ pub fn solve_many(seed: u64, indices: std::ops::Range<u64>) -> Figures {
         let links = stage.links.len();
         let (newton, fallback) = solvers.entry(links).or_insert_with(|| (Newton::new(links), Fallback::new(links)));
         let mut solution = cold(&stage);
-        let outcome = newton.solve(&stage, &mut solution, TOLERANCE, MAX_ITERATIONS, true);
+        let outcome = newton.solve_one(&stage, &mut solution, TOLERANCE, MAX_ITERATIONS);
         figures.steps += 1;
         figures.iterations += outcome.iterations as u64;
         if !outcome.converged {

@@ -195,7 +195,7 @@ fn all_solvers_agree_on_stages_with_play() {
         ours.contact.resize(kind.contacts, 0.0);
         let mut theirs = ours.clone();
         theirs.twist.fill(Twist::repeat(f64::NAN));
-        let newton = Newton::new(kind.links).solve(&stage, &mut ours, 1e-9, 500, true);
+        let newton = Newton::new(kind.links).solve_one(&stage, &mut ours, 1e-9, 500);
         assert_eq!(
             Fallback::new(kind.links).solve_hard(&stage, &mut theirs, 1e-9).1,
             SolveStatus::Solved,

@@ -13,7 +13,7 @@ const PLAIN: Kind =
 fn newton(stage: &Stage, tolerance: f64) -> StageSolution {
     let mut solution = StageSolution::new(stage.links.len());
     solution.contact.resize(stage.contacts.len(), 0.0);
-    Newton::new(stage.links.len()).solve(stage, &mut solution, tolerance, 2000, true);
+    Newton::new(stage.links.len()).solve_one(stage, &mut solution, tolerance, 2000);
     let certificate = certify(stage, &solution);
     // Started cold, a jammed stage may creep and end at its cap: 1e-6 m/s must be reached always, and the
     // velocities are judged where this is called.
@@ -162,7 +162,7 @@ fn newton_meets_its_tolerance_on_hard_stages() {
         let stage = dense::random_stage(kind, &mut random);
         let mut solution = StageSolution::new(kind.links);
         solution.contact.resize(kind.contacts, 0.0);
-        let outcome = Newton::new(kind.links).solve(&stage, &mut solution, 1e-8, 2000, true);
+        let outcome = Newton::new(kind.links).solve_one(&stage, &mut solution, 1e-8, 2000);
         let certificate = certify(&stage, &solution);
         assert!(certificate.gap.is_finite(), "case {case}: {certificate:?}");
         gave_up += u32::from(!outcome.converged);
@@ -290,7 +290,7 @@ fn duality_gap_bounds_the_squared_distance() {
         let exact = newton(&stage, 1e-12);
         for iterations in 1..6 {
             let mut unfinished = StageSolution::new(6);
-            Newton::new(6).solve(&stage, &mut unfinished, 1e-12, iterations, true);
+            Newton::new(6).solve_one(&stage, &mut unfinished, 1e-12, iterations);
             let squared = energy_distance(&stage, &unfinished.twist, &exact.twist);
             let gap = certify(&stage, &unfinished).gap;
             // Below 1e-15 J both are round-off of the sums they are computed from.

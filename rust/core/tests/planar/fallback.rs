@@ -39,7 +39,7 @@ fn the_fallback_and_newton_agree_within_their_duality_gaps() {
         let certificate = certify(&stage, &ours);
         assert_eq!(closing, SolveStatus::Solved, "case {case}: {certificate:?} of {:e} J", stage.energy());
         most = most.max(solves);
-        if Newton::new(stage.links.len()).solve(&stage, &mut theirs, 1e-9, 500, true).converged {
+        if Newton::new(stage.links.len()).solve_one(&stage, &mut theirs, 1e-9, 500).converged {
             let d = dense::stacked(&ours.twist) - dense::stacked(&theirs.twist);
             let distance = 0.5 * d.dot(&(dense::mass_matrix(&stage) * &d));
             let gaps: f64 = [&ours, &theirs].iter().map(|solution| certify(&stage, solution).gap.sqrt()).sum();
@@ -79,7 +79,7 @@ fn a_fallback_that_fails_ends_no_worse_than_it_began() {
     for case in 0..100 {
         let stage = random(case, &mut numbers);
         let mut solution = empty(&stage);
-        Newton::new(stage.links.len()).solve(&stage, &mut solution, 1e-9, 500, true);
+        Newton::new(stage.links.len()).solve_one(&stage, &mut solution, 1e-9, 500);
         let before = certify(&stage, &solution).residual();
         let (_, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, 1e-20);
         let after = certify(&stage, &solution).residual();

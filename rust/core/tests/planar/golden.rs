@@ -24,7 +24,7 @@ fn a_saved_stage_is_read_exactly_as_it_was_written() {
 fn every_golden_stage_is_closed_by_newton_or_the_fallback() {
     for Golden { name, stage } in solvable() {
         let mut solution = cold(&stage);
-        let newton = Newton::new(stage.links.len()).solve(&stage, &mut solution, TOLERANCE, 200, true);
+        let newton = Newton::new(stage.links.len()).solve_one(&stage, &mut solution, TOLERANCE, 200);
         let alone = certify(&stage, &solution).gap / stage.energy();
         let (solves, closing) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, TOLERANCE);
         let certificate = certify(&stage, &solution);
@@ -79,7 +79,7 @@ fn contradictory_stages_are_relaxed() {
     for golden in golden().into_iter().filter(|golden| CONTRADICTORY.contains(&golden.name.as_str())) {
         let stage = &golden.stage;
         let mut solution = cold(stage);
-        let newton = Newton::new(stage.links.len()).solve(stage, &mut solution, TOLERANCE, 200, true);
+        let newton = Newton::new(stage.links.len()).solve_one(stage, &mut solution, TOLERANCE, 200);
         assert!(!newton.converged, "{}", golden.name);
         let (solves, closing) = Fallback::new(stage.links.len()).solve_hard(stage, &mut solution, TOLERANCE);
         assert_eq!(closing, SolveStatus::Relaxed, "{}", golden.name);

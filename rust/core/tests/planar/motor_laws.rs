@@ -157,7 +157,7 @@ fn stages_with_motors_are_solved_alike_by_two_methods() {
         ours.twist.fill(Twist::repeat(f64::NAN));
         let closing = Fallback::new(stage.links.len()).solve_hard(&stage, &mut ours, 1e-9).1;
         assert_eq!(closing, SolveStatus::Solved, "case {case}: {:?}", certify(&stage, &ours));
-        if !Newton::new(stage.links.len()).solve(&stage, &mut theirs, 1e-9, 500, true).converged {
+        if !Newton::new(stage.links.len()).solve_one(&stage, &mut theirs, 1e-9, 500).converged {
             left_to_fallback += 1;
             continue;
         }

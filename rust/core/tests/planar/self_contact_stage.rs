@@ -13,7 +13,7 @@ fn solve(stage: &Stage, tolerance: f64) -> (StageSolution, f64) {
     solution.contact.resize(stage.contacts.len(), 0.0);
     solution.pair.resize(stage.pairs.len(), 0.0);
     solution.stop.resize(stage.stops.len(), [0.0; 2]);
-    let outcome = Newton::new(stage.links.len()).solve(stage, &mut solution, tolerance, 2000, true);
+    let outcome = Newton::new(stage.links.len()).solve_one(stage, &mut solution, tolerance, 2000);
     (solution, outcome.iterations)
 }
 

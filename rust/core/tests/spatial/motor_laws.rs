@@ -38,7 +38,7 @@ fn stages_with_motors_are_solved_alike_by_two_methods() {
         let mut start = blank(&stage);
         start.gear.resize(stage.motors.len(), 0.0);
         let mut ours = start.clone();
-        assert!(Newton::new(stage.links.len()).solve(&stage, &mut ours, 1e-9, 300, true).converged, "trial {trial}");
+        assert!(Newton::new(stage.links.len()).solve_one(&stage, &mut ours, 1e-9, 300).converged, "trial {trial}");
         let mut theirs = start.clone();
         if !CoulombNewton::new(stage.links.len()).solve(&stage, &mut theirs, 1e-9).1 {
             fallbacks += 1;

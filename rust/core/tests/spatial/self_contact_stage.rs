@@ -30,7 +30,7 @@ fn fold(stage: &mut Stage, count: usize, random: &mut Random) {
 
 fn solve(stage: &Stage, tolerance: f64) -> StageSolution {
     let mut solution = blank(stage);
-    let outcome = Newton::new(stage.links.len()).solve(stage, &mut solution, tolerance, 500, true);
+    let outcome = Newton::new(stage.links.len()).solve_one(stage, &mut solution, tolerance, 500);
     assert!(outcome.converged, "{:?}", certify(stage, &solution));
     solution
 }

@@ -63,7 +63,7 @@ fn newton_and_dense_gauss_seidel_find_the_same_velocities() {
     for case in 0..40 {
         let stage = random_stage(&mut random, 2 + case % 4, case);
         let mut solution = blank(&stage);
-        let outcome = Newton::new(stage.links.len()).solve(&stage, &mut solution, 1e-9, 300, true);
+        let outcome = Newton::new(stage.links.len()).solve_one(&stage, &mut solution, 1e-9, 300);
         assert!(outcome.converged, "case {case}: {:?}", certify(&stage, &solution));
         let apart = (stacked(&solution.twist) - Dense::new(&stage).solve(&stage)).amax();
         assert!(apart < 2e-6, "case {case}: {apart}, {:?}", certify(&stage, &solution));
@@ -76,7 +76,7 @@ fn every_random_stage_is_solved_and_certified_by_lanes_and_by_the_fallback() {
     for case in 0..150 {
         let stage = random_stage(&mut random, 11, case);
         let mut fast = blank(&stage);
-        let outcome = Newton::new(11).solve(&stage, &mut fast, 1e-8, 300, true);
+        let outcome = Newton::new(11).solve_one(&stage, &mut fast, 1e-8, 300);
         let certificate = certify(&stage, &fast);
         assert!(outcome.converged && certificate.residual() < 1e-5, "case {case}: {certificate:?}");
         let mut slow = blank(&stage);

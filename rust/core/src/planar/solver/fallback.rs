@@ -141,7 +141,7 @@ impl Solvers {
             return (0, before <= 1.0);
         }
         solution.copy_lane(stage, 0, &mut self.polished);
-        let outcome = self.newton.solve(stage, &mut self.polished, POLISH * tolerance, MAX_POLISH, true);
+        let outcome = self.newton.solve_one(stage, &mut self.polished, POLISH * tolerance, MAX_POLISH);
         let (after, polished_residual) = self.merit(stage, &self.polished, tolerance);
         if (after.max(1.0), polished_residual) < (before.max(1.0), residual) {
             self.polished.copy_lane(stage, 0, solution);

@@ -344,6 +344,19 @@ impl<T: Real> Newton<T> {
     }
 }
 
+impl Newton {
+    /// [`Self::solve`] of one robot, compiled once.
+    pub fn solve_one(
+        &mut self,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        tolerance: f64,
+        max_iterations: u32,
+    ) -> Outcome {
+        self.solve(stage, solution, tolerance, max_iterations, true)
+    }
+}
+
 impl<T: Real> StageProblem<T> for Newton<T> {
     const TUNING: Tuning = TUNING;
 

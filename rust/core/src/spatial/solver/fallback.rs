@@ -171,7 +171,7 @@ impl Attempt {
     /// The lanes' method from free motion, radii moving only when the convex problem is solved.
     fn strictly(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
         self.start_from_free_motion(stage);
-        self.strict.solve(stage, &mut self.trial, tolerance, most.min(MAX_ITERATIONS), true).iterations as u32
+        self.strict.solve_one(stage, &mut self.trial, tolerance, most.min(MAX_ITERATIONS)).iterations as u32
     }
 
     /// Free motion without impulses.
