@@ -153,7 +153,7 @@ def test_what_does_not_fit_into_memory_is_refused_with_what_it_needs():
 
 
 @pytest.mark.parametrize("model", ["planar", "spatial"])
-@pytest.mark.parametrize(("links", "num_envs"), [(11, 2000), (500, 60)])
+@pytest.mark.parametrize(("links", "num_envs"), [(11, 2000), (500, 30)])
 def test_the_memory_that_is_refused_is_about_what_environments_take(model, links, num_envs):
     code = f"""if True:
         import snake_env
