@@ -13,6 +13,7 @@ pytest.importorskip("torch")
 
 import safetensors.numpy
 import torch
+from torch import nn
 
 import snake_env
 from snake_env.__main__ import main
@@ -310,6 +311,28 @@ def test_advantages_are_discounted_sums_of_errors():
     np.testing.assert_allclose(target, expected + played.value.numpy(), rtol=1e-6)
 
 
+def test_an_optimiser_of_torch_is_continued():
+    """Five steps of torch's Adam and five of ours are ten of torch's, at another rate from then on."""
+    torch.manual_seed(0)
+    theirs, ours = nn.Parameter(torch.randn(4)), nn.Linear(4, 1, bias=False)
+    adam = torch.optim.Adam([theirs], eps=1e-5)
+    optimiser = clipped_adam.ClippedAdam(ours)
+    optimiser.load_state_dict(adam.state_dict())  # nothing yet
+    gradients = torch.randn(10, 4)
+    for gradient in gradients[:5]:
+        theirs.grad = gradient
+        adam.step()
+    with torch.no_grad():
+        ours.weight.copy_(theirs[None])
+    optimiser.load_state_dict(adam.state_dict())
+    optimiser.rate = adam.param_groups[0]["lr"] = 0.1
+    for gradient in gradients[5:]:
+        theirs.grad, ours.weight.grad = gradient, gradient[None].clone()
+        adam.step()
+        optimiser.step(max_norm=torch.inf)
+    torch.testing.assert_close(ours.weight[0], theirs)
+
+
 def test_a_last_batch_of_one_sample_is_learnt_from():
     """Five samples in batches of four: the one that is left over has no spread to be scaled by."""
     torch.manual_seed(0)
@@ -361,14 +384,16 @@ def test_it_learns_to_go_faster_on_open_ground(tmp_path):
     assert learnt["speed"].mean() > 2.0 * still["speed"].mean() > 0.0
 
 
-def test_it_needs_no_other_learner_and_no_pictures():
-    """Training works where Stable-Baselines3, matplotlib, Optuna and SciPy cannot be imported, nor torch's compiler."""
+def test_it_needs_no_other_learner_and_no_pictures(tmp_path):
+    """Nor torch's compiler: one learns and goes on from a checkpoint where none of these can be imported."""
     missing = ("stable_baselines3", "matplotlib", "optuna", "scipy", "torch._dynamo")
     code = (
-        f"import sys; sys.modules.update(dict.fromkeys({missing}));"
+        f"import sys, pathlib; sys.modules.update(dict.fromkeys({missing}));"
         "import training.policies, snake_env.evaluation.rollout; from training import config;"
         "from training.learners.ppo import Learner;"
         "config.load('field-hard');"
-        "learner = Learner(config.load('smoke', 'ppo'), 0, print); learner.collect(); learner.learn(0.0)"
+        "learner = Learner(config.load('smoke', 'ppo'), 0, print); learner.collect(); learner.learn(0.0);"
+        f"path = pathlib.Path({str(tmp_path / 'kept')!r});"
+        "learner.save(path, {}); learner.restore(path); learner.close()"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -11,10 +11,11 @@ from torch import Tensor, nn
 class ClippedAdam:
     """The optimiser of PPO; a step on one vector takes a fraction of the time of one on many small tensors.
 
-    Written out because ``torch.optim`` loads the compiler of torch, which takes longer than torch itself.
+    Written out because an optimiser of torch loads its compiler, which takes longer than torch itself.
 
     Args:
-        module: Its parameters become parts of one vector, in which they stay.
+        module: Its parameters become parts of one vector, in which they stay. A second optimiser would move them to its
+            own.
 
     Attributes:
         rate: Learning rate, the step size of Adam.
@@ -54,11 +55,11 @@ class ClippedAdam:
         return norm
 
     def state_dict(self) -> dict[str, Any]:
-        """What continues the optimiser, in the layout of ``torch.optim.Adam``."""
+        """What continues the optimiser, named as in ``torch.optim.Adam``, whose states can be taken over."""
         return {"state": {0: {"step": self._steps, "exp_avg": self._mean, "exp_avg_sq": self._square}}}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Takes over what :meth:`state_dict` returned."""
+        """Takes over what :meth:`state_dict` returned, or that of ``torch.optim.Adam``, empty before its first step."""
         if 0 in state["state"]:
             kept = state["state"][0]
             self._steps = int(kept["step"])
@@ -67,4 +68,4 @@ class ClippedAdam:
 
 
 MEAN_DECAY, SQUARE_DECAY, EPSILON = 0.9, 0.999, 1e-5
-"""Of Adam; beta and epsilon there."""
+"""beta_1, beta_2 and epsilon of Adam."""

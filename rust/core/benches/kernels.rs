@@ -46,7 +46,7 @@ fn solve_and_certify(criterion: &mut Criterion) {
     for (name, stage) in stages() {
         solve.bench_function(name, |bencher| {
             let start = || unsolved(&stage);
-            let solve = |solution: &mut StageSolution| newton.solve(&stage, solution, 1e-8, 2000, true);
+            let solve = |solution: &mut StageSolution| newton.solve_one(&stage, solution, 1e-8, 2000);
             bencher.iter_batched_ref(start, solve, BatchSize::SmallInput);
         });
     }
@@ -54,7 +54,7 @@ fn solve_and_certify(criterion: &mut Criterion) {
     let mut judge = criterion.benchmark_group("certify");
     for (name, stage) in stages() {
         let mut solution = unsolved(&stage);
-        newton.solve(&stage, &mut solution, 1e-8, 2000, true);
+        newton.solve_one(&stage, &mut solution, 1e-8, 2000);
         judge.bench_function(name, |bencher| bencher.iter(|| certify(black_box(&stage), black_box(&solution))));
     }
     judge.finish();

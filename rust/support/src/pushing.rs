@@ -144,16 +144,19 @@ pub fn work_is_energy_and_dissipation<M: Flat>(obstacles: &[Obstacle], step: f64
     ways
 }
 
-/// A snapshot in the middle of pushing continues bit for bit; nothing allocates in a step.
-pub fn a_run_continues_from_a_snapshot_and_allocates_nothing<M: Flat>(obstacles: &[Obstacle]) {
+/// A copy and a snapshot in the middle of pushing continue bit for bit; nothing allocates in a step.
+pub fn a_run_continues_from_a_copy_or_snapshot_and_allocates_nothing<M: Flat>(obstacles: &[Obstacle]) {
     let gait = M::undulation();
     let new = || among::<M>(obstacles.to_vec(), &gait, 1e-2);
     let mut simulation = new();
     simulation.advance(2.0, &gait);
     let saved = serde_json::to_string(&simulation.snapshot()).expect("numbers");
+    let mut copy = simulation.clone();
     let before = REQUESTS.get();
     simulation.advance(2.0, &gait);
     assert_eq!(REQUESTS.get() - before, 0);
+    copy.advance(2.0, &gait);
+    assert_eq!(copy.state(), simulation.state());
     let mut again = new();
     again.restore(&serde_json::from_str(&saved).expect("a snapshot"));
     again.advance(2.0, &gait);

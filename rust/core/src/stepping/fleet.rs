@@ -28,44 +28,30 @@ pub struct Fleet<M: Model> {
     expected: usize,
     /// Made when it first advances: each environment of a batch has a fleet of its own, which never does.
     group: Option<Box<dyn AnyGroup<M>>>,
-    robots: Spare<M>,
+    /// Empty; its memory is used again.
+    robots: Vec<Driven<'static, M>>,
     plans: Vec<StepPlan>,
     queues: Queues,
     targets: Vec<M::Target>,
 }
 
 impl<M: Model> Fleet<M> {
-    fn before_first_advance(config: ImplicitConfig, robots: usize, joints: usize) -> Self {
+    /// A fleet of about `robots` robots; few of them are faster one by one than in a wide group.
+    pub fn new(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
+        Self::for_joints(config, robots, M::robot(system).joint_count())
+    }
+
+    fn for_joints(config: ImplicitConfig, robots: usize, joints: usize) -> Self {
         Self {
             config,
             accuracy: config.accuracy(&M::ACCURACY),
             expected: robots,
             group: None,
-            robots: Spare(Vec::with_capacity(robots)),
+            robots: Vec::with_capacity(robots),
             plans: Vec::with_capacity(robots),
             queues: Queues::with_capacity(robots),
             targets: vec![M::Target::default(); joints],
         }
-    }
-}
-
-/// A copy makes a workspace of its own when it first advances.
-impl<M: Model> Clone for Fleet<M> {
-    fn clone(&self) -> Self {
-        Self::before_first_advance(self.config, self.expected, self.targets.len())
-    }
-}
-
-impl<M: Model> Debug for Fleet<M> {
-    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
-        f.debug_struct("Fleet").field("config", &self.config).field("expected", &self.expected).finish_non_exhaustive()
-    }
-}
-
-impl<M: Model> Fleet<M> {
-    /// A fleet of about `robots` robots; few of them are faster one by one than in a wide group.
-    pub fn new(config: ImplicitConfig, system: &M::System, robots: usize) -> Self {
-        Self::before_first_advance(config, robots, M::robot(system).joint_count())
     }
 
     /// The configured accuracy, with the model's defaults.
@@ -76,10 +62,10 @@ impl<M: Model> Fleet<M> {
     /// Integrates `robots` over `duration` in equal steps no longer than the configured one. A robot whose state becomes
     /// implausible keeps its last plausible one and is flagged.
     pub fn advance<'r>(&mut self, system: &M::System, robots: impl IntoIterator<Item = Driven<'r, M>>, duration: f64) {
-        let mut list: Vec<Driven<'r, M>> = std::mem::take(&mut self.robots.0);
+        let mut list: Vec<Driven<'r, M>> = std::mem::take(&mut self.robots);
         list.extend(robots);
         self.advance_all(system, &mut list, duration);
-        self.robots = Spare::of(list);
+        self.robots = emptied(list);
     }
 
     /// [`advance`](Self::advance) for robots that are in a list already.
@@ -100,15 +86,23 @@ impl<M: Model> Fleet<M> {
     }
 }
 
-/// An empty list of robots, whose memory is used again.
-struct Spare<M: Model>(Vec<Driven<'static, M>>);
-
-impl<M: Model> Spare<M> {
-    /// Collected in place: no robot is left that would live as long as the list.
-    fn of(mut list: Vec<Driven<M>>) -> Self {
-        list.clear();
-        Self(list.into_iter().map(|_| unreachable!("the list is empty")).collect())
+/// A copy makes a workspace of its own when it first advances.
+impl<M: Model> Clone for Fleet<M> {
+    fn clone(&self) -> Self {
+        Self::for_joints(self.config, self.expected, self.targets.len())
     }
+}
+
+impl<M: Model> Debug for Fleet<M> {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        f.debug_struct("Fleet").field("config", &self.config).field("expected", &self.expected).finish_non_exhaustive()
+    }
+}
+
+/// The memory of a list of robots: collected in place, and no robot is left that would live as long as the list.
+fn emptied<M: Model>(mut list: Vec<Driven<M>>) -> Vec<Driven<'static, M>> {
+    list.clear();
+    list.into_iter().map(|_| unreachable!("the list is empty")).collect()
 }
 
 /// A [`Group`] of any width.

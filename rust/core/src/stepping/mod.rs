@@ -17,7 +17,7 @@ mod found_rows;
 mod friction_shares;
 mod group;
 mod joint_stops;
-pub(crate) mod kernels;
+mod kernels;
 mod lane_count;
 pub(crate) mod lanes;
 mod model;
@@ -45,7 +45,8 @@ pub use config::{
     validate_iterations,
 };
 pub use energy::EnergyLedger;
-pub use fleet::{AnyGroup, Fleet, group_for};
+pub(crate) use fleet::group_for;
+pub use fleet::{AnyGroup, Fleet};
 pub use found_friction::FoundFriction;
 pub use found_rows::{FoundRow, FoundRows, SolvedRows};
 pub use friction_shares::{ContactPoint, FrictionShares};

@@ -16,8 +16,7 @@ use super::model::Model;
 use super::record::StageRecord;
 use super::verdict::FallbackResult;
 
-/// Arithmetic over lanes, compiled once for every width of register ([`super::kernels`]): every method is
-/// `#[inline(always)]`.
+/// Arithmetic over lanes, inlined into [`super::kernels`]: every method is `#[inline(always)]`.
 pub trait StageKernels<T: Real>: Send + Sync {
     /// Base, guess and reference velocity of a stage that starts with the step.
     fn begin(&mut self);

@@ -16,8 +16,8 @@ use snake_test_support::flat::Still;
 use snake_test_support::planar::{Random, links, posture};
 use snake_test_support::planar_stage::{self as dense, Kind};
 use snake_test_support::pushing::{
-    GRAVITY, a_run_continues_from_a_snapshot_and_allocates_nothing, beside, boxed, disc, movable, moved, push_off,
-    random_motion, require_alike_in_every_company, solved, work_is_energy_and_dissipation,
+    GRAVITY, a_run_continues_from_a_copy_or_snapshot_and_allocates_nothing, beside, boxed, disc, movable, moved,
+    push_off, random_motion, require_alike_in_every_company, solved, work_is_energy_and_dissipation,
 };
 
 use crate::movable_laws::{some_wave, system_among_bodies};
@@ -347,7 +347,7 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_boxes() {
 fn a_run_among_boxes_continues_from_a_snapshot_and_allocates_nothing() {
     let wall = Obstacle::endless(Shape::Segment { start: [0.5, 0.5], end: [1.5, 0.6] });
     let boxes = [boxed([0.12, 0.1], [1.0, 0.15, 0.4], 0.3, 0.3), boxed([0.1, 0.1], [0.9, -0.2, 0.0], 0.3, 0.3), wall];
-    a_run_continues_from_a_snapshot_and_allocates_nothing::<Planar>(&boxes);
+    a_run_continues_from_a_copy_or_snapshot_and_allocates_nothing::<Planar>(&boxes);
 }
 
 /// A chain with bodies behind it that touch each other, the chain and, with friction, something fixed.

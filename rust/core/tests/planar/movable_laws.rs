@@ -12,8 +12,8 @@ use snake_core::slope::Slope;
 use snake_test_support::flat::Still;
 use snake_test_support::planar::{LIMP, Random, build, ground, implicit, links, momentum, posture};
 use snake_test_support::pushing::{
-    GRAVITY, a_row_wakes_in_turn, a_run_continues_from_a_snapshot_and_allocates_nothing, beside, disc, moved, push_off,
-    random_motion, require_alike_in_every_company, solved, sprung, what_sleeps_changes_nothing,
+    GRAVITY, a_row_wakes_in_turn, a_run_continues_from_a_copy_or_snapshot_and_allocates_nothing, beside, disc, moved,
+    push_off, random_motion, require_alike_in_every_company, solved, sprung, what_sleeps_changes_nothing,
     work_is_energy_and_dissipation,
 };
 
@@ -316,7 +316,10 @@ pub fn system_among_bodies() -> PlanarSystem {
 #[test]
 fn a_run_among_discs_continues_from_a_snapshot_and_allocates_nothing() {
     let yields = sprung([0.06, 0.9, -0.15], 0.3, 100.0, 2.0, Some(0.02));
-    a_run_continues_from_a_snapshot_and_allocates_nothing::<Planar>(&[disc([0.06, 1.0, 0.1], 0.3, 0.3), yields]);
+    a_run_continues_from_a_copy_or_snapshot_and_allocates_nothing::<Planar>(&[
+        disc([0.06, 1.0, 0.1], 0.3, 0.3),
+        yields,
+    ]);
 }
 
 /// Heavy and light discs.

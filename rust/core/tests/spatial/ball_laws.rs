@@ -14,7 +14,8 @@ use snake_core::stepping::ImplicitConfig;
 use snake_test_support::flat::{Still, lying};
 use snake_test_support::planar::{LIMP, Random, ground, links};
 use snake_test_support::pushing::{
-    a_run_continues_from_a_snapshot_and_allocates_nothing, boxed, random_motion, require_alike_in_every_company, solved,
+    a_run_continues_from_a_copy_or_snapshot_and_allocates_nothing, boxed, random_motion,
+    require_alike_in_every_company, solved,
 };
 use snake_test_support::spatial::{implicit, in_gait, sidewinding, undulation};
 
@@ -305,7 +306,7 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_balls() {
 #[test]
 fn a_run_among_balls_continues_from_a_snapshot_and_allocates_nothing() {
     let balls = [ball(0.06, [1.0, 0.1, 0.06], 0.3, [0.3, 0.02]), ball(0.04, [0.95, -0.15, 0.04], 0.1, [0.3, 0.02])];
-    a_run_continues_from_a_snapshot_and_allocates_nothing::<Spatial>(&balls);
+    a_run_continues_from_a_copy_or_snapshot_and_allocates_nothing::<Spatial>(&balls);
 }
 
 /// Balls of any size, a box and a step.

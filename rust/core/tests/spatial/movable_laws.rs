@@ -18,9 +18,9 @@ use snake_core::stepping::ImplicitConfig;
 use snake_test_support::flat::{Still, lying};
 use snake_test_support::planar::{LIMP, Random, build, ground, implicit as planar_implicit, links};
 use snake_test_support::pushing::{
-    GRAVITY, a_row_wakes_in_turn, a_run_continues_from_a_snapshot_and_allocates_nothing, beside, boxed, disc, movable,
-    moved, push_off, random_motion, require_alike_in_every_company, solved, sprung, what_sleeps_changes_nothing,
-    work_is_energy_and_dissipation,
+    GRAVITY, a_row_wakes_in_turn, a_run_continues_from_a_copy_or_snapshot_and_allocates_nothing, beside, boxed, disc,
+    movable, moved, push_off, random_motion, require_alike_in_every_company, solved, sprung,
+    what_sleeps_changes_nothing, work_is_energy_and_dissipation,
 };
 use snake_test_support::spatial::{implicit, in_gait, sidewinding, undulation};
 
@@ -296,7 +296,7 @@ fn a_row_of_discs_wakes_in_turn() {
 fn a_run_among_things_continues_from_a_snapshot_and_allocates_nothing() {
     let yields = sprung([0.06, 0.9, -0.15], 0.3, 100.0, 2.0, Some(0.02));
     let crate_ = boxed([0.12, 0.1], [1.0, 0.1, 0.2], 0.3, 0.3);
-    a_run_continues_from_a_snapshot_and_allocates_nothing::<Spatial>(&[crate_, yields]);
+    a_run_continues_from_a_copy_or_snapshot_and_allocates_nothing::<Spatial>(&[crate_, yields]);
 }
 
 #[test]

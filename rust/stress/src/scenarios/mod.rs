@@ -85,7 +85,7 @@ pub fn all(effort: Effort, seed: u64) -> Vec<Scenario> {
     all
 }
 
-fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
+pub fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
     let time = effort.seconds(2.0, 5.0, 60.0);
     let standing = effort.of(500, 50_000, 1_000_000);
     let default = Bounds::default();
@@ -127,7 +127,7 @@ fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
             name: "random scenes",
             bounds: Bounds { unconverged: u64::MAX, ..inside },
             // A second of the most violent of them takes minutes.
-            jobs: scenes(effort.of(50, 1000, 20_000), effort.seconds(0.1, 1.0, 1.0)),
+            jobs: scenes(effort.of(25, 1000, 20_000), effort.seconds(0.1, 1.0, 1.0)),
         },
         Scenario {
             name: "random stage problems",
@@ -158,7 +158,7 @@ fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
     .collect()
 }
 
-fn in_space(effort: Effort, seed: u64) -> Vec<Scenario> {
+pub fn in_space(effort: Effort, seed: u64) -> Vec<Scenario> {
     let time = effort.seconds(0.3, 2.0, 20.0);
     let standing = effort.of(200, 20_000, 1_000_000);
     // Ten tolerances of 1e-6 m/s.
