@@ -93,9 +93,8 @@ def test_gains_too_stiff_for_the_encoders_are_named(identify):
 
 
 def test_a_motor_that_never_limits_the_torque_is_named_and_the_rest_is_found(identify):
-    """The fit begins at the truth, which saves iterations."""
     strong = Motor(stall_torque=500.0, no_load_speed=500.0)
-    found = identify.fit(log_of(identify, motor=strong), identify.Noise(), guess=identify.TRUTH)
+    found = identify.fit(log_of(identify, motor=strong), identify.Noise())
     for name in ("stall torque", "no-load speed"):
         assert any(name in text for text in found.warnings), name
     np.testing.assert_allclose(found.values[:7], identify.TRUTH[:7], rtol=0.02)

@@ -11,7 +11,7 @@ from torch import Tensor, nn
 class ClippedAdam:
     """The optimiser of PPO; a step on one vector takes a fraction of the time of one on many small tensors.
 
-    Written out because an optimiser of torch loads its compiler, which takes longer than torch itself.
+    Written out because making an optimiser of torch loads torch's compiler.
 
     Args:
         module: Its parameters become parts of one vector, in which they stay. A second optimiser would move them to its
@@ -31,7 +31,6 @@ class ClippedAdam:
         self._steps = 0
         self._mean = torch.zeros_like(self._vector)
         self._square = torch.zeros_like(self._vector)
-        self._scratch = torch.empty_like(self._vector)
 
     @torch.no_grad()
     def step(self, max_norm: float) -> Tensor:
@@ -50,7 +49,7 @@ class ClippedAdam:
         self._steps += 1
         self._mean.lerp_(gradient, 1.0 - MEAN_DECAY)
         self._square.mul_(SQUARE_DECAY).addcmul_(gradient, gradient, value=1.0 - SQUARE_DECAY)
-        spread = torch.sqrt(self._square, out=self._scratch).mul_((1.0 - SQUARE_DECAY**self._steps) ** -0.5)
+        spread = self._square.sqrt().mul_((1.0 - SQUARE_DECAY**self._steps) ** -0.5)
         self._vector.addcdiv_(self._mean, spread.add_(EPSILON), value=-self.rate / (1.0 - MEAN_DECAY**self._steps))
         return norm
 

@@ -1,4 +1,4 @@
-//! All tests of this crate in one program, so that the long one runs beside the others.
+//! All tests of this crate in one program, so that long ones run beside each other.
 
 mod geometry;
 mod scenes;

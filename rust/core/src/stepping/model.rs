@@ -15,7 +15,8 @@ use super::stage::{StageInput, StageKernels, StageOutput};
 use super::state::{Coordinates, LinkPose};
 use super::{Accuracy, ImplicitConfig};
 
-/// A robot model in stages: `planar::Planar` or `spatial::Spatial`. Everything but references and the width of a group is monomorphised.
+/// A robot model in stages: `planar::Planar` or `spatial::Spatial`. Everything but references and the width of a group is
+/// monomorphised.
 pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     /// Robot, ground and controller: what no step changes.
     type System: Debug + Clone;
@@ -35,8 +36,8 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
     /// whichever predicts better how many the next stage takes.
     const SORTED_BY_STAGE: bool;
 
-    /// `group_for`. Not a default method: in that of a model, its steps are compiled with the core,
-    /// and not again by every crate that steps robots.
+    /// Calls `group_for`. Not a default method: that of a model compiles its steps with the core, instead of every crate that
+    /// steps robots.
     fn group(config: &ImplicitConfig, system: &Self::System, robots: usize) -> Box<dyn AnyGroup<Self>>;
 
     fn robot(system: &Self::System) -> &Robot;
