@@ -39,6 +39,7 @@ mod records;
 mod run;
 mod samples;
 mod scenes;
+mod scripted;
 mod spatial;
 mod start;
 mod step_buffers;

@@ -12,8 +12,11 @@ use snake_core::control::ControllerConfig;
 use snake_core::error::{positive, require};
 use snake_core::gait::{CardanGait, Gait, JointTarget};
 use snake_core::noise::NoiseConfig;
+use snake_core::planar::Planar;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::SceneConfig;
+use snake_core::simulation::SchemeConfig;
+use snake_core::spatial::Spatial;
 use snake_core::stepping::{Record, StepStatistics, require_steps};
 use snake_thesis::IntegratorConfig;
 use snake_thesis::minimal::{self, Ground};
@@ -24,10 +27,9 @@ use crate::gait::GaitConfig;
 use crate::joint_trajectory::TrajectoryConfig;
 use crate::memory::require_memory;
 use crate::minimal::MinimalRobot;
-use crate::planar::PlanarRobot;
 use crate::records::{Layout, Recorded, Sums, write_means};
 use crate::samples::Samples;
-use crate::spatial::SpatialRobot;
+use crate::scripted::{ScriptedModel, ScriptedRobot};
 use crate::start::{StartConfig, largest_reference};
 
 /// A run as the user writes it; what is left out of scene and controller depends on the model.
@@ -175,18 +177,10 @@ pub fn simulate<'py>(py: Python<'py>, config: &Bound<'py, PyAny>) -> PyResult<Bo
     let run = || {
         config.validate()?;
         match (config.model, &config.integrator) {
-            (ModelName::Planar, IntegratorConfig::Implicit(method)) => {
-                sampled(PlanarRobot::new(&config, method)?, &config)
-            }
-            (ModelName::Planar, IntegratorConfig::Thesis(method)) => {
-                sampled(PlanarRobot::new(&config, method)?, &config)
-            }
-            (ModelName::Spatial, IntegratorConfig::Implicit(method)) => {
-                sampled(SpatialRobot::new(&config, method)?, &config)
-            }
-            (ModelName::Spatial, IntegratorConfig::Thesis(method)) => {
-                sampled(SpatialRobot::new(&config, method)?, &config)
-            }
+            (ModelName::Planar, IntegratorConfig::Implicit(method)) => scripted::<Planar, _>(&config, method),
+            (ModelName::Planar, IntegratorConfig::Thesis(method)) => scripted::<Planar, _>(&config, method),
+            (ModelName::Spatial, IntegratorConfig::Implicit(method)) => scripted::<Spatial, _>(&config, method),
+            (ModelName::Spatial, IntegratorConfig::Thesis(method)) => scripted::<Spatial, _>(&config, method),
             (ModelName::Minimal, _) => sampled(MinimalRobot::new(&config)?, &config),
         }
     };
@@ -242,6 +236,11 @@ pub trait Scripted {
 
     /// What the scheme has summed up, if it does.
     fn record_mut(&mut self) -> Option<&mut Record>;
+}
+
+/// Samples of a robot of a model, advanced by a method.
+fn scripted<M: ScriptedModel, C: SchemeConfig<M>>(config: &RunConfig, method: &C) -> Result<Samples, CoreError> {
+    sampled(ScriptedRobot::<M, C::Scheme>::new(config, method)?, config)
 }
 
 /// Samples of a robot that is moved as a run says.

@@ -1,9 +1,10 @@
 //! Figures measured while a scenario runs.
 
 use serde::Serialize;
+use snake_core::simulation::Simulation;
 use snake_core::stepping::StepStatistics;
 
-use crate::observable::Observable;
+use crate::observable::{Observable, least_gap};
 
 /// Figures of one case, worst over its steps.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -56,8 +57,12 @@ pub struct Figures {
 
 impl Figures {
     /// Figures of `steps` steps, observed one by one.
-    pub fn of_run<S: Observable>(mut simulation: S, steps: u32, advance: impl Fn(&mut S) -> StepStatistics) -> Self {
-        let mut figures = Self { is_excused: -simulation.min_gap() > FLAGGED_DEPTH, ..Self::default() };
+    pub fn of_run<M: Observable>(
+        mut simulation: Simulation<M>,
+        steps: u32,
+        advance: impl Fn(&mut Simulation<M>) -> StepStatistics,
+    ) -> Self {
+        let mut figures = Self { is_excused: -least_gap(&simulation) > FLAGGED_DEPTH, ..Self::default() };
         figures.measure(&simulation, 0.0);
         for _ in 0..steps {
             figures.observe(&mut simulation, &advance);
@@ -66,9 +71,12 @@ impl Figures {
     }
 
     /// Advances `simulation` by `advance` and measures it.
-    pub fn observe<S: Observable>(&mut self, simulation: &mut S, advance: impl FnOnce(&mut S) -> StepStatistics) {
-        let before = simulation.state().clone();
-        let (energy, time) = (simulation.energy(), simulation.time());
+    pub fn observe<M: Observable>(
+        &mut self,
+        simulation: &mut Simulation<M>,
+        advance: impl FnOnce(&mut Simulation<M>) -> StepStatistics,
+    ) {
+        let (before, energy) = (simulation.state().clone(), simulation.energy());
         let report = advance(simulation);
         self.count(&report);
         let now = simulation.energy();
@@ -80,11 +88,11 @@ impl Figures {
             self.relative_gap = worse(self.relative_gap, report.gap / (energy.max(now) + work).max(SMALLEST_ENERGY));
         }
         if !self.is_excused {
-            self.tunnels += simulation.tunnels(&before);
+            self.tunnels += M::tunnels(simulation, &before);
         }
-        self.measure(simulation, simulation.time() - time);
+        self.measure(simulation, simulation.state().time - before.time);
         // A robot may slow down within a step that is divided.
-        self.travel = worse(self.travel, simulation.moved(&before));
+        self.travel = worse(self.travel, M::moved(simulation.state(), &before));
     }
 
     fn add_to_balance(&mut self, created: f64, work: f64, energy: f64) {
@@ -113,26 +121,26 @@ impl Figures {
 
     /// Measures one of several robots, whose smallest gap is `gap` \[m\] and whose last step was flagged for its penetration
     /// or not.
-    pub fn measure_one(&mut self, simulation: &impl Observable, gap: f64, step: f64, is_flagged: bool) {
+    pub fn measure_one<M: Observable>(&mut self, simulation: &Simulation<M>, gap: f64, step: f64, is_flagged: bool) {
         self.flagged += u64::from(is_flagged);
         self.is_excused = is_flagged;
         self.measure_at(simulation, gap, step);
     }
 
     /// Measures the present state, after a step of length `step` \[s\].
-    pub fn measure(&mut self, simulation: &impl Observable, step: f64) {
-        self.measure_at(simulation, simulation.min_gap(), step);
+    pub fn measure<M: Observable>(&mut self, simulation: &Simulation<M>, step: f64) {
+        self.measure_at(simulation, least_gap(simulation), step);
     }
 
-    fn measure_at(&mut self, simulation: &impl Observable, gap: f64, step: f64) {
+    fn measure_at<M: Observable>(&mut self, simulation: &Simulation<M>, gap: f64, step: f64) {
         self.last_penetration = (-gap).max(0.0);
         self.is_excused &= self.last_penetration > FLAGGED_DEPTH;
         if !self.is_excused {
             self.penetration = worse(self.penetration, self.last_penetration);
         }
         self.joint_gap = worse(self.joint_gap, simulation.joint_gap());
-        self.skew = worse(self.skew, simulation.skew());
-        self.travel = worse(self.travel, simulation.fastest() * step);
+        self.skew = worse(self.skew, M::skew(simulation.state()));
+        self.travel = worse(self.travel, M::fastest(simulation.state()) * step);
     }
 
     /// The worst of both.

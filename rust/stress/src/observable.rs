@@ -3,144 +3,73 @@
 use nalgebra::Vector2;
 use snake_core::contact::link_peg_contact;
 use snake_core::obstacles::{CentreLine, Wall};
-use snake_core::planar::{PlanarState, Pose};
+use snake_core::planar::{Planar, PlanarState, Pose};
 use snake_core::robot::{Link, Robot};
 use snake_core::scene::Peg;
-use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
-use snake_core::spatial::{self, SpatialState, nearest_point};
+use snake_core::simulation::{PlanarSimulation, SimulatedModel, Simulation, SpatialSimulation};
+use snake_core::spatial::{self, Spatial, SpatialState, nearest_point};
+use snake_core::stepping::StateOf;
 
 use crate::geometry::LinkPlace;
 
-/// A simulation that can be observed step by step.
-pub trait Observable {
-    /// Poses and twists of the links.
-    type State: Clone;
-    type Pose: LinkPlace;
-
-    fn state(&self) -> &Self::State;
-    fn poses(&self) -> &[Self::Pose];
-    /// Poses at the ends of the parts of steps in the last interval, if they are kept.
-    fn path(&self) -> impl Iterator<Item = &[Self::Pose]>;
-    /// \[s\]
-    fn time(&self) -> f64;
-    /// Energy that only actuators and friction may change, and impacts decrease \[J\].
-    fn energy(&self) -> f64;
-    /// Smallest gap of a link to an obstacle or to another link, and widest joint, now \[m\].
-    fn min_gap(&self) -> f64;
-    fn joint_gap(&self) -> f64;
+/// A model whose simulations can be observed step by step.
+pub trait Observable: SimulatedModel<Pose: LinkPlace> {
     /// How far orientations are from rotations \[-\].
-    fn skew(&self) -> f64;
+    fn skew(state: &StateOf<Self>) -> f64;
     /// Speed of the fastest link's CG \[m/s\].
-    fn fastest(&self) -> f64;
+    fn fastest(state: &StateOf<Self>) -> f64;
     /// Links that passed through a peg or, in the plane, a wall since `before`.
-    fn tunnels(&self, before: &Self::State) -> u64;
+    fn tunnels(simulation: &Simulation<Self>, before: &StateOf<Self>) -> u64;
     /// How far any link moved since `before` \[m\].
-    fn moved(&self, before: &Self::State) -> f64;
+    fn moved(now: &StateOf<Self>, before: &StateOf<Self>) -> f64;
 }
 
-impl Observable for PlanarSimulation {
-    type State = PlanarState;
-    type Pose = Pose;
-
-    fn state(&self) -> &PlanarState {
-        self.state()
-    }
-
-    fn poses(&self) -> &[Pose] {
-        &self.state().pose
-    }
-
-    fn path(&self) -> impl Iterator<Item = &[Pose]> {
-        self.body().path.iter().flatten().map(|state| &state.pose[..])
-    }
-
-    fn time(&self) -> f64 {
-        self.state().time
-    }
-
-    fn energy(&self) -> f64 {
-        self.kinetic_energy()
-    }
-
-    fn min_gap(&self) -> f64 {
-        self.min_gap().min(self.self_gap())
-    }
-
-    fn joint_gap(&self) -> f64 {
-        self.joint_gap()
-    }
-
-    fn skew(&self) -> f64 {
+impl Observable for Planar {
+    fn skew(_: &PlanarState) -> f64 {
         0.0
     }
 
-    fn fastest(&self) -> f64 {
-        self.state().twist.iter().map(|u| u.xy().norm()).fold(0.0, f64::max)
+    fn fastest(state: &PlanarState) -> f64 {
+        state.twist.iter().map(|u| u.xy().norm()).fold(0.0, f64::max)
     }
 
-    fn tunnels(&self, before: &PlanarState) -> u64 {
-        let poses = [&before.pose[..], &self.state().pose];
-        let through_pegs = tunnels(self.robot(), self.pegs(), poses, |pose| pose.xy(), offset_in_plane);
-        through_pegs + through_walls(self.body().obstacles.walls().walls(), 2.0 * self.robot().links[0].radius, poses)
+    fn tunnels(simulation: &PlanarSimulation, before: &PlanarState) -> u64 {
+        let (robot, poses) = (simulation.robot(), [&before.pose[..], &simulation.state().pose]);
+        let through_pegs = tunnels(robot, simulation.pegs(), poses, |pose| pose.xy(), offset_in_plane);
+        through_pegs + through_walls(simulation.body().obstacles.walls().walls(), 2.0 * robot.links[0].radius, poses)
     }
 
-    fn moved(&self, before: &PlanarState) -> f64 {
-        let poses = self.state().pose.iter().zip(&before.pose);
-        poses.map(|(now, then)| (now - then).norm()).fold(0.0, f64::max)
+    fn moved(now: &PlanarState, before: &PlanarState) -> f64 {
+        now.pose.iter().zip(&before.pose).map(|(now, then)| (now - then).norm()).fold(0.0, f64::max)
     }
 }
 
-impl Observable for SpatialSimulation {
-    type State = SpatialState;
-    type Pose = spatial::Pose;
-
-    fn state(&self) -> &SpatialState {
-        self.state()
-    }
-
-    fn poses(&self) -> &[spatial::Pose] {
-        &self.state().pose
-    }
-
-    fn path(&self) -> impl Iterator<Item = &[spatial::Pose]> {
-        self.body().path.iter().flatten().map(|state| &state.pose[..])
-    }
-
-    fn time(&self) -> f64 {
-        self.state().time
-    }
-
-    fn energy(&self) -> f64 {
-        self.energy()
-    }
-
-    fn min_gap(&self) -> f64 {
-        self.min_gap().min(self.self_gap())
-    }
-
-    fn joint_gap(&self) -> f64 {
-        self.joint_gap()
-    }
-
-    fn skew(&self) -> f64 {
+impl Observable for Spatial {
+    fn skew(state: &SpatialState) -> f64 {
         let norm = |pose: &spatial::Pose| (pose.orientation.quaternion().norm() - 1.0).abs();
-        self.state().pose.iter().map(norm).fold(0.0, f64::max)
+        state.pose.iter().map(norm).fold(0.0, f64::max)
     }
 
-    fn fastest(&self) -> f64 {
-        self.state().twist.iter().map(|u| u.fixed_rows::<3>(0).norm()).fold(0.0, f64::max)
+    fn fastest(state: &SpatialState) -> f64 {
+        state.twist.iter().map(|u| u.fixed_rows::<3>(0).norm()).fold(0.0, f64::max)
     }
 
-    fn tunnels(&self, before: &SpatialState) -> u64 {
+    fn tunnels(simulation: &SpatialSimulation, before: &SpatialState) -> u64 {
         let offset =
             |pose: &spatial::Pose, link: &Link, peg: &Peg| nearest_point(link, &pose.position, &pose.axis(), peg).0;
-        tunnels(self.robot(), self.pegs(), [&before.pose, &self.state().pose], |pose| pose.position.xy(), offset)
+        let poses = [&before.pose[..], &simulation.state().pose];
+        tunnels(simulation.robot(), simulation.pegs(), poses, |pose| pose.position.xy(), offset)
     }
 
-    fn moved(&self, before: &SpatialState) -> f64 {
-        let poses = self.state().pose.iter().zip(&before.pose);
+    fn moved(now: &SpatialState, before: &SpatialState) -> f64 {
+        let poses = now.pose.iter().zip(&before.pose);
         poses.map(|(now, then)| (now.position - then.position).norm()).fold(0.0, f64::max)
     }
+}
+
+/// Smallest gap of a link to an obstacle or to another link now \[m\].
+pub fn least_gap<M: Observable>(simulation: &Simulation<M>) -> f64 {
+    simulation.min_gap().min(simulation.self_gap())
 }
 
 /// Links that were on one side of a peg at `before` and are on the other now, having passed through its middle half.

@@ -8,11 +8,11 @@ use snake_core::obstacles::{Obstacle, Shape};
 use snake_core::planar::{self, assemble_chain};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::SceneConfig;
-use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
+use snake_core::simulation::{PlanarSimulation, Simulation, SpatialSimulation};
 use snake_core::spatial;
 use snake_core::stepping::ImplicitConfig;
 use snake_stress::geometry::{Surroundings, capsules, gap_to_stops};
-use snake_stress::observable::Observable;
+use snake_stress::observable::{Observable, least_gap};
 use snake_stress::scenarios::environments::{everywhere, everywhere_in_space, random_steps};
 
 fn obstacles() -> Vec<Obstacle> {
@@ -26,9 +26,9 @@ fn obstacles() -> Vec<Obstacle> {
 }
 
 /// Compares with the penetration that a simulation measures; returns whether there is one that is not too deep to compare.
-fn agrees(simulation: &impl Observable, robot: &Robot, around: &Surroundings) -> bool {
-    let own = around.gaps(&capsules(robot, simulation.poses())).least();
-    let theirs = simulation.min_gap();
+fn agrees<M: Observable>(simulation: &Simulation<M>, robot: &Robot, around: &Surroundings) -> bool {
+    let own = around.gaps(&capsules(robot, &simulation.state().pose)).least();
+    let theirs = least_gap(simulation);
     if theirs < -0.9 * robot.links[0].radius {
         return false;
     }

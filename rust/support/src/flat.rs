@@ -33,8 +33,6 @@ pub trait Flat: SimulatedModel {
     fn implicit(step: f64, order: u32) -> ImplicitConfig;
     /// Puts the robot at rest: CG and heading of link 1, and the angles of the joints about the vertical.
     fn lie(simulation: &mut Simulation<Self>, start: [f64; 3], yaws: &[f64]);
-    fn energy(simulation: &Simulation<Self>) -> f64;
-    fn min_gap(simulation: &Simulation<Self>) -> f64;
 }
 
 impl Flat for Planar {
@@ -54,14 +52,6 @@ impl Flat for Planar {
 
     fn lie(simulation: &mut Simulation<Self>, [x, y, heading]: [f64; 3], yaws: &[f64]) {
         simulation.place_chain(x, y, heading, yaws);
-    }
-
-    fn energy(simulation: &Simulation<Self>) -> f64 {
-        simulation.energy()
-    }
-
-    fn min_gap(simulation: &Simulation<Self>) -> f64 {
-        simulation.min_gap()
     }
 }
 
@@ -84,14 +74,6 @@ impl Flat for Spatial {
         let head = Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(heading, 0.0, 0.0) };
         simulation.place_chain(head, &yaws.iter().map(|yaw| Vector2::new(*yaw, 0.0)).collect::<Vec<_>>());
         simulation.rest_on_ground();
-    }
-
-    fn energy(simulation: &Simulation<Self>) -> f64 {
-        simulation.energy()
-    }
-
-    fn min_gap(simulation: &Simulation<Self>) -> f64 {
-        simulation.min_gap()
     }
 }
 
@@ -122,10 +104,10 @@ pub fn work_of_motors_goes_into_links_rotors_and_friction<M: Flat>(steps: &[f64]
     let (scene, pd) = (ground([0.2, 0.2]), ControllerConfig::default());
     let defect = |step: &f64| {
         let mut simulation = lying::<M>(&robot, &scene, &pd, &M::implicit(*step, 2), ([0.0; 3], yaws));
-        let before = M::energy(&simulation);
+        let before = simulation.energy();
         let report = simulation.advance(1.0, &M::undulation());
         assert!(report.unconverged == 0 && report.friction_work < 0.0, "{report:?}");
-        let stored = M::energy(&simulation) - before - report.friction_work;
+        let stored = simulation.energy() - before - report.friction_work;
         (report.actuator_work - stored).abs() / report.actuator_work
     };
     let defects: Vec<f64> = steps.iter().map(defect).collect();

@@ -88,7 +88,8 @@ pub struct Heights {
 }
 
 /// An obstacle; a circle without friction is configured as the triple of its [`Peg`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(remote = "Self")]
 pub struct Obstacle {
     pub shape: Shape,
     /// Coulomb coefficient between links and the obstacle.
@@ -117,34 +118,7 @@ impl From<[f64; 3]> for Obstacle {
 
 /// An obstacle in a saved state: all fields in order, for formats without names.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SavedObstacle {
-    shape: Shape,
-    friction: f64,
-    mass: Option<f64>,
-    ground_friction: f64,
-    spring: Option<Spring>,
-    height: Option<f64>,
-}
-
-impl SavedObstacle {
-    /// Whether it can be in a scene.
-    pub fn is_valid(&self) -> bool {
-        Obstacle::from(self.clone()).validate().is_ok()
-    }
-}
-
-impl From<&Obstacle> for SavedObstacle {
-    fn from(obstacle: &Obstacle) -> Self {
-        let Obstacle { shape, friction, mass, ground_friction, spring, height } = obstacle.clone();
-        Self { shape, friction, mass, ground_friction, spring, height }
-    }
-}
-
-impl From<SavedObstacle> for Obstacle {
-    fn from(SavedObstacle { shape, friction, mass, ground_friction, spring, height }: SavedObstacle) -> Self {
-        Self { shape, friction, mass, ground_friction, spring, height }
-    }
-}
+pub struct SavedObstacle(#[serde(with = "Obstacle")] pub Obstacle);
 
 impl Obstacle {
     /// Fixed, without friction and without end.

@@ -37,6 +37,12 @@ pub trait SimulatedModel: Model {
 
     /// Places the robot straight and at rest.
     fn place_initially<S: Scheme<Self>>(simulation: &mut Simulation<Self, S>);
+
+    /// [`Simulation::energy`] and the three gaps.
+    fn energy<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64;
+    fn min_gap<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64;
+    fn self_gap<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64;
+    fn joint_gap<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64;
 }
 
 /// A robot in a scene under a joint controller, advanced by the scheme `S`.
@@ -201,6 +207,28 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
     /// The obstacles that can be pushed, and where they are.
     pub fn movables(&self) -> impl Iterator<Item = (&Movable, &Moved)> + Clone {
         self.body.obstacles.movables().iter().zip(&self.body.state.movables)
+    }
+
+    /// Kinetic and potential energy, the latter zero with every CG at the height of the origin and springs slack \[J\].
+    pub fn energy(&self) -> f64 {
+        M::energy(self)
+    }
+
+    /// Smallest gap now of a link to an obstacle or, in 3D, to the ground, or of an obstacle that can be pushed to another or
+    /// to its stop \[m\]; infinite without any nearby.
+    pub fn min_gap(&self) -> f64 {
+        M::min_gap(self)
+    }
+
+    /// Smallest gap of two links that are not neighbours now \[m\], negative where they overlap; infinite where none are
+    /// close to each other.
+    pub fn self_gap(&self) -> f64 {
+        M::self_gap(self)
+    }
+
+    /// Widest gap of a joint now \[m\].
+    pub fn joint_gap(&self) -> f64 {
+        M::joint_gap(self)
     }
 
     /// Kinetic energy of what can be pushed \[J\].

@@ -30,6 +30,45 @@ impl SimulatedModel for Planar {
         let joints = simulation.robot().joint_count();
         simulation.place_chain(0.0, 0.0, 0.0, &vec![0.0; joints]);
     }
+
+    fn energy<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64 {
+        let Simulation { system, body, .. } = simulation;
+        let pull = system.pull();
+        let links = system.robot.links.iter().zip(&body.state.pose);
+        let work = links.map(|(link, pose)| link.mass * pull.dot(&pose.xy())).sum::<f64>();
+        simulation.kinetic_energy() - body.parameters.mass * work + simulation.potential_of_movables(&pull.push(0.0))
+    }
+
+    fn min_gap<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64 {
+        let Simulation { system, body: Body { state, obstacles, .. }, .. } = simulation;
+        let mut smallest = simulation.gap_of_movables();
+        for (pose, link) in state.pose.iter().zip(&system.robot.links) {
+            smallest = smallest.min(obstacle_gap(pose, link, obstacles));
+        }
+        let nodes = system.nodes(obstacles);
+        let pose = |node: usize| match state.pose.get(node) {
+            Some(pose) => *pose,
+            None => state.movables[node - state.pose.len()].pose,
+        };
+        visit_movable_pairs(
+            nodes,
+            |node| pose(node).xy(),
+            0.0,
+            |first, second| {
+                let placed = [first, second].map(|node| PlacedLink::new(nodes.get(node), pose(node)));
+                smallest = smallest.min(link_pair_gap([&placed[0], &placed[1]]));
+            },
+        );
+        smallest
+    }
+
+    fn self_gap<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64 {
+        self_gap(&simulation.system.robot.links, &simulation.body.state.pose, 0.0)
+    }
+
+    fn joint_gap<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64 {
+        largest_joint_gap(&simulation.system.robot, &simulation.body.state.pose)
+    }
 }
 
 impl<S: Scheme<Planar>> Simulation<Planar, S> {
@@ -55,49 +94,5 @@ impl<S: Scheme<Planar>> Simulation<Planar, S> {
         self.body.parameters.mass * state.kinetic_energy(robot)
             + robot.rotor_energy(1, rates)
             + self.kinetic_energy_of_movables()
-    }
-
-    /// Kinetic and potential energy, the latter zero with every CG at the height of the origin and springs slack \[J\].
-    pub fn energy(&self) -> f64 {
-        let pull = self.system.pull();
-        let links = self.system.robot.links.iter().zip(&self.body.state.pose);
-        let work = links.map(|(link, pose)| link.mass * pull.dot(&pose.xy())).sum::<f64>();
-        self.kinetic_energy() - self.body.parameters.mass * work + self.potential_of_movables(&pull.push(0.0))
-    }
-
-    /// Smallest gap now of a link to an obstacle, or of an obstacle that can be pushed to another or to its stop \[m\];
-    /// infinite without obstacles nearby.
-    pub fn min_gap(&self) -> f64 {
-        let Body { state, obstacles, .. } = &self.body;
-        let mut smallest = f64::INFINITY;
-        for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
-            smallest = smallest.min(obstacle_gap(pose, link, obstacles));
-        }
-        let nodes = self.system.nodes(obstacles);
-        let pose = |node: usize| match state.pose.get(node) {
-            Some(pose) => *pose,
-            None => state.movables[node - state.pose.len()].pose,
-        };
-        smallest = smallest.min(self.gap_of_movables());
-        visit_movable_pairs(
-            nodes,
-            |node| pose(node).xy(),
-            0.0,
-            |first, second| {
-                let placed = [first, second].map(|node| PlacedLink::new(nodes.get(node), pose(node)));
-                smallest = smallest.min(link_pair_gap([&placed[0], &placed[1]]));
-            },
-        );
-        smallest
-    }
-
-    /// Smallest gap of two links that are not neighbours now \[m\]; infinite where none are close to each other.
-    pub fn self_gap(&self) -> f64 {
-        self_gap(&self.system.robot.links, &self.body.state.pose, 0.0)
-    }
-
-    /// Widest gap of a joint now \[m\].
-    pub fn joint_gap(&self) -> f64 {
-        largest_joint_gap(&self.system.robot, &self.body.state.pose)
     }
 }

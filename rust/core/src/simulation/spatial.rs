@@ -31,6 +31,43 @@ impl SimulatedModel for Spatial {
         simulation.place_chain(Pose::identity(), &vec![Vector2::zeros(); joints]);
         simulation.rest_on_ground();
     }
+
+    fn energy<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64 {
+        let Simulation { system, body: Body { state, warm_start, parameters, .. }, .. } = simulation;
+        let rotors = system.robot.rotor_energy(2, warm_start.velocity.rate.iter().flatten().copied());
+        let links = state.kinetic_energy(&system.robot) + state.potential_energy(&system.robot, &system.gravity);
+        parameters.mass * links
+            + rotors
+            + simulation.kinetic_energy_of_movables()
+            + simulation.potential_of_movables(&system.gravity)
+    }
+
+    fn min_gap<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64 {
+        let Simulation { system, body: Body { state, obstacles, .. }, .. } = simulation;
+        let nodes = obstacles.nodes(&system.robot.links);
+        let mut smallest = simulation.gap_of_movables().min(movable_gap(nodes, state));
+        for (pose, link) in state.pose.iter().zip(&system.robot.links) {
+            let at = LinkAxis::of(pose);
+            for end in End::BOTH {
+                let centre = at.position + at.axis * end.along(link);
+                // Infinitely low where faces of a field carry the robot otherwise than the ground does.
+                let ground = obstacles.field_ground(&centre.xy()).unwrap_or(0.0);
+                smallest = smallest.min(ground_gap(link, pose, end) - ground);
+            }
+            obstacles.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
+                smallest = smallest.min(obstacle_gap(link, &at, obstacles, obstacle));
+            });
+        }
+        smallest
+    }
+
+    fn self_gap<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64 {
+        self_gap(&simulation.system.robot.links, &simulation.body.state.pose)
+    }
+
+    fn joint_gap<S: Scheme<Self>>(simulation: &Simulation<Self, S>) -> f64 {
+        largest_joint_gap(&simulation.system.robot, &simulation.body.state.pose)
+    }
 }
 
 impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
@@ -70,47 +107,5 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
     /// tau_C = (yaw, pitch) of each joint in the last step (T 4.89) \[N m\].
     pub fn joint_torque(&self) -> &[Vector2<f64>] {
         &self.body.warm_start.joint_torque
-    }
-
-    /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
-    pub fn energy(&self) -> f64 {
-        let Body { state, warm_start, .. } = &self.body;
-        let (robot, mass) = (&self.system.robot, self.body.parameters.mass);
-        let rotors = robot.rotor_energy(2, warm_start.velocity.rate.iter().flatten().copied());
-        mass * (state.kinetic_energy(robot) + state.potential_energy(robot, &self.system.gravity))
-            + rotors
-            + self.kinetic_energy_of_movables()
-            + self.potential_of_movables(&self.system.gravity)
-    }
-
-    /// Smallest distance of links that are not neighbours now \[m\], negative where they overlap; infinite where none are
-    /// close.
-    pub fn self_gap(&self) -> f64 {
-        self_gap(&self.system.robot.links, &self.body.state.pose)
-    }
-
-    /// Smallest gap of a link to the ground or an obstacle now, or of one that can be pushed to another or to its stop \[m\].
-    pub fn min_gap(&self) -> f64 {
-        let Body { state, obstacles, .. } = &self.body;
-        let nodes = obstacles.nodes(&self.system.robot.links);
-        let mut smallest = self.gap_of_movables().min(movable_gap(nodes, state));
-        for (pose, link) in state.pose.iter().zip(&self.system.robot.links) {
-            let at = LinkAxis::of(pose);
-            for end in End::BOTH {
-                let centre = at.position + at.axis * end.along(link);
-                // Infinitely low where faces of a field carry the robot otherwise than the ground does.
-                let ground = obstacles.field_ground(&centre.xy()).unwrap_or(0.0);
-                smallest = smallest.min(ground_gap(link, pose, end) - ground);
-            }
-            obstacles.visit_obstacles(&pose.position.xy(), link.reach(), |obstacle| {
-                smallest = smallest.min(obstacle_gap(link, &at, obstacles, obstacle));
-            });
-        }
-        smallest
-    }
-
-    /// Widest gap of a joint now \[m\].
-    pub fn joint_gap(&self) -> f64 {
-        largest_joint_gap(&self.system.robot, &self.body.state.pose)
     }
 }

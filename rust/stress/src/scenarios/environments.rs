@@ -5,8 +5,7 @@ use snake_core::environment::rng::Rng;
 use snake_core::environment::{ActionMode, EnvConfig, FieldKind, ModelKind, RobotModel, Task, World};
 use snake_core::obstacles::{Obstacle, ObstacleGrid, Shape};
 use snake_core::scene::SceneConfig;
-use snake_core::simulation::Simulation;
-use snake_core::stepping::ImplicitConfig;
+use snake_core::stepping::{ImplicitConfig, Model};
 
 use crate::figures::Figures;
 use crate::geometry::{Surroundings, capsules, gap_to_stops};
@@ -138,10 +137,7 @@ impl Kind {
 }
 
 /// Takes `steps` environment steps, batch by batch, with random actions.
-pub fn random_steps<M: RobotModel>(config: &EnvConfig, steps: u64, seed: u64) -> Figures
-where
-    Simulation<M::Model>: Observable,
-{
+pub fn random_steps<M: RobotModel<Model: Observable>>(config: &EnvConfig, steps: u64, seed: u64) -> Figures {
     let mut run = Run::<M>::new(config, seed);
     for _ in 0..steps.div_ceil(ROWS as u64) {
         run.step();
@@ -149,10 +145,7 @@ where
     run.figures
 }
 
-struct Run<M: RobotModel>
-where
-    Simulation<M::Model>: Observable,
-{
+struct Run<M: RobotModel<Model: Observable>> {
     /// Step of the integrator \[s\].
     step: f64,
     /// Control periods so far.
@@ -168,15 +161,12 @@ where
     truncated: Vec<bool>,
     signals: Vec<f64>,
     /// Poses at the end of the last part of a step, and obstacles, of every row.
-    poses: Vec<Vec<<Simulation<M::Model> as Observable>::Pose>>,
+    poses: Vec<Vec<<M::Model as Model>::Pose>>,
     surroundings: Vec<Surroundings>,
     figures: Figures,
 }
 
-impl<M: RobotModel> Run<M>
-where
-    Simulation<M::Model>: Observable,
-{
+impl<M: RobotModel<Model: Observable>> Run<M> {
     fn new(config: &EnvConfig, seed: u64) -> Self {
         let batch = Batch::<M>::new(config, ROWS, 1).expect("an admissible environment");
         let mut run = Self {
@@ -238,7 +228,7 @@ where
         for row in rows {
             let environment = self.batch.environment(row);
             self.surroundings[row] = Surroundings::new(&environment.obstacles());
-            self.poses[row] = environment.model().simulation().poses().to_vec();
+            self.poses[row] = environment.model().simulation().state().pose.clone();
         }
     }
 
@@ -267,7 +257,8 @@ where
             let (around, before) = (&self.surroundings[row], &mut self.poses[row]);
             let mut gap = f64::INFINITY;
             let mut passed = false;
-            for poses in simulation.path().chain([simulation.poses()]) {
+            let parts = simulation.body().path.iter().flatten();
+            for poses in parts.chain([simulation.state()]).map(|state| &state.pose) {
                 gap = gap.min(around.gaps(&capsules(robot, poses)).least()).min(gap_to_stops(robot, poses));
                 passed |= around.passed_through(robot, before, poses);
                 before.copy_from_slice(poses);

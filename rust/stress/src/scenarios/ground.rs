@@ -1,6 +1,7 @@
 //! Friction, and rest under load.
 
 use snake_core::control::ControllerConfig;
+use snake_core::simulation::Simulation;
 use snake_core::stepping::StepStatistics;
 
 use crate::case::{Case, Motion};
@@ -60,11 +61,11 @@ fn pressed(name: &str, step: f64) -> Case {
 }
 
 /// Lets a robot come to rest, then stands `steps` steps; `drift` is how far any link crept.
-pub fn stand<S: Observable>(
-    mut simulation: S,
+pub fn stand<M: Observable>(
+    mut simulation: Simulation<M>,
     step: f64,
     steps: u64,
-    advance: impl Fn(&mut S, f64) -> StepStatistics,
+    advance: impl Fn(&mut Simulation<M>, f64) -> StepStatistics,
 ) -> Figures {
     advance(&mut simulation, SETTLE);
     let before = simulation.state().clone();
@@ -74,7 +75,7 @@ pub fn stand<S: Observable>(
         figures.count(&report);
     }
     figures.measure(&simulation, step);
-    figures.drift = simulation.moved(&before);
+    figures.drift = M::moved(simulation.state(), &before);
     figures
 }
 

@@ -11,7 +11,7 @@ pub mod spatial;
 pub mod walls;
 
 use snake_core::environment::{ActionMode, ModelKind, PlanarRobot, RobotModel, SpatialRobot};
-use snake_core::simulation::{PlanarSimulation, Simulation, SpatialSimulation};
+use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 
 use crate::case::Case;
 use crate::draw::Draw;
@@ -285,10 +285,7 @@ fn scenes(count: u64, duration: f64) -> Vec<Job> {
 }
 
 /// Jobs that share `steps` environment steps.
-fn random_steps<M: RobotModel>(kinds: Vec<Kind>, seed: u64, steps: u64) -> Vec<Job>
-where
-    Simulation<M::Model>: Observable,
-{
+fn random_steps<M: RobotModel<Model: Observable>>(kinds: Vec<Kind>, seed: u64, steps: u64) -> Vec<Job> {
     let each = steps / kinds.len() as u64;
     let job = |(index, Kind { name, config }): (usize, Kind)| {
         Job::new(name, move || environments::random_steps::<M>(&config, each, seed * MOST_KINDS + index as u64))

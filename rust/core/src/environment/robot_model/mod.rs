@@ -1,6 +1,7 @@
 //! What an environment needs of a robot model; everything else in the environment is the same for every model.
 
 mod accelerometer;
+mod common_methods;
 mod planar;
 mod planar_observation;
 mod planar_state;
@@ -126,7 +127,9 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
     fn motion(&self) -> Motion;
 
     /// Kinetic and potential energy, the latter zero with every CG at the height of the origin \[J\].
-    fn energy(&self) -> f64;
+    fn energy(&self) -> f64 {
+        self.simulation().energy()
+    }
 
     /// Number of joint angles.
     fn joint_coordinates(&self) -> usize;

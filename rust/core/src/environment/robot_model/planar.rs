@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::planar::{Heading, Planar};
-use crate::simulation::{PlanarSimulation, PlanarSnapshot, Simulation};
-use crate::stepping::Driven;
+use crate::simulation::{PlanarSimulation, PlanarSnapshot};
 
 use super::accelerometer::Accelerometer;
+use super::common_methods::common_methods;
 use super::saved_robot::{MeanForces, SavedRobot, common_length};
 use super::{RobotModel, planar_observation, planar_state};
-use crate::environment::action::{ActionEntry, planar_entries};
+use crate::environment::action::planar_entries;
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
@@ -90,21 +90,7 @@ impl RobotModel for PlanarRobot {
         Ok(Self { forces: PlanarForces::zero(robot.link_count()), simulation, reference, imu_link: config.imu_link })
     }
 
-    fn simulation(&self) -> &Simulation<Planar> {
-        &self.simulation
-    }
-
-    fn simulation_mut(&mut self) -> &mut Simulation<Planar> {
-        &mut self.simulation
-    }
-
-    fn driven(&mut self) -> Driven<'_, Planar> {
-        Driven { body: self.simulation.body_mut(), reference: &self.reference }
-    }
-
-    fn action_entries(&self) -> &[ActionEntry] {
-        self.reference.entries()
-    }
+    common_methods!();
 
     fn reset(&mut self, start: &Start, joint_angle: &[f64]) {
         let Start { position, angle, phase, has_own_posture } = start;
@@ -116,20 +102,6 @@ impl RobotModel for PlanarRobot {
         let locked = self.simulation.robot().locked();
         self.reference.lock(locked.map(|joint| Held { joint, angle: [joint_angle[joint], 0.0] }));
         self.forces.clear();
-    }
-
-    fn set_action(&mut self, action: &[f64]) {
-        self.reference.set_action(action, self.simulation.state().time);
-        self.limit_windup();
-    }
-
-    fn hold_reference(&mut self) {
-        self.reference.hold_reference(self.simulation.state().time);
-        self.limit_windup();
-    }
-
-    fn advance(&mut self, period: f64) {
-        self.simulation.advance(period, &self.reference);
     }
 
     fn strike(&mut self, link: usize, impulse: &Vector3<f64>) {
@@ -155,10 +127,6 @@ impl RobotModel for PlanarRobot {
         Motion::of(self.simulation.robot(), self.simulation.state())
     }
 
-    fn energy(&self) -> f64 {
-        self.simulation.energy()
-    }
-
     fn joint_coordinates(&self) -> usize {
         self.robot().joint_count()
     }
@@ -172,18 +140,6 @@ impl RobotModel for PlanarRobot {
     fn link(&self, index: usize) -> LinkPose {
         let pose = &self.simulation.state().pose[index];
         LinkPose { x: pose.x, y: pose.y, angle: pose.z }
-    }
-
-    fn save(&self) -> Self::State {
-        SavedRobot::save(&self.simulation, &self.reference, &self.forces)
-    }
-
-    fn restore(&mut self, state: &Self::State) -> bool {
-        state.restore(&mut self.simulation, &mut self.reference, &mut self.forces)
-    }
-
-    fn links_of(state: &Self::State) -> usize {
-        state.links().unwrap_or_default()
     }
 }
 

@@ -45,7 +45,7 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
             axes: simulation.robot().axes.clone(),
             simulation: simulation.snapshot(),
             reference: reference.state().clone(),
-            obstacles: simulation.body().obstacles.obstacles().iter().map(SavedObstacle::from).collect(),
+            obstacles: simulation.body().obstacles.obstacles().into_iter().map(SavedObstacle).collect(),
             forces: forces.clone(),
             obstacle_impulse: simulation.obstacle_impulse().to_vec(),
         }
@@ -59,7 +59,7 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
         forces: &mut F,
     ) -> bool {
         let links = simulation.robot().link_count();
-        if !self.obstacles.iter().all(SavedObstacle::is_valid) {
+        if !self.obstacles.iter().all(|SavedObstacle(obstacle)| obstacle.validate().is_ok()) {
             return false;
         }
         let obstacles = self.obstacles(&simulation.body().obstacles);
@@ -79,7 +79,7 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
 
     /// The saved obstacles, which may be those that are there.
     fn obstacles(&self, present: &Arc<ObstacleGrid>) -> Arc<ObstacleGrid> {
-        let saved: Vec<Obstacle> = self.obstacles.iter().cloned().map(Into::into).collect();
+        let saved: Vec<Obstacle> = self.obstacles.iter().map(|SavedObstacle(obstacle)| obstacle.clone()).collect();
         if present.obstacles() == saved { present.clone() } else { ObstacleGrid::of(&saved).into() }
     }
 

@@ -6,14 +6,14 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
-use crate::simulation::{Simulation, SpatialSimulation, SpatialSnapshot};
+use crate::simulation::{SpatialSimulation, SpatialSnapshot};
 use crate::spatial::{Pose, Spatial, SpatialState, orientation_of, turning};
-use crate::stepping::Driven;
 
 use super::accelerometer::Accelerometer;
+use super::common_methods::common_methods;
 use super::saved_robot::{MeanForces, SavedRobot, common_length};
 use super::{RobotModel, spatial_observation, spatial_state};
-use crate::environment::action::{ActionEntry, spatial_entries};
+use crate::environment::action::spatial_entries;
 use crate::environment::config::{EnvConfig, ModelKind};
 use crate::environment::motion::Motion;
 use crate::environment::observation::BlockRow;
@@ -135,21 +135,7 @@ impl RobotModel for SpatialRobot {
         })
     }
 
-    fn simulation(&self) -> &Simulation<Spatial> {
-        &self.simulation
-    }
-
-    fn simulation_mut(&mut self) -> &mut Simulation<Spatial> {
-        &mut self.simulation
-    }
-
-    fn driven(&mut self) -> Driven<'_, Spatial> {
-        Driven { body: self.simulation.body_mut(), reference: &self.reference }
-    }
-
-    fn action_entries(&self) -> &[ActionEntry] {
-        self.reference.entries()
-    }
+    common_methods!();
 
     fn reset(&mut self, start: &Start, joint_angle: &[f64]) {
         let Start { position, angle, phase, has_own_posture } = start;
@@ -179,20 +165,6 @@ impl RobotModel for SpatialRobot {
             self.reference.rest_wound(|joint, axis| grip * chain.joint_angle[joint][axis]);
         }
         self.lock_joints();
-    }
-
-    fn set_action(&mut self, action: &[f64]) {
-        self.reference.set_action(action, self.simulation.state().time);
-        self.limit_windup();
-    }
-
-    fn hold_reference(&mut self) {
-        self.reference.hold_reference(self.simulation.state().time);
-        self.limit_windup();
-    }
-
-    fn advance(&mut self, period: f64) {
-        self.simulation.advance(period, &self.reference);
     }
 
     fn strike(&mut self, link: usize, impulse: &Vector3<f64>) {
@@ -249,10 +221,6 @@ impl RobotModel for SpatialRobot {
         }
     }
 
-    fn energy(&self) -> f64 {
-        self.simulation.energy()
-    }
-
     fn joint_coordinates(&self) -> usize {
         self.robot().axis_list().count()
     }
@@ -267,18 +235,6 @@ impl RobotModel for SpatialRobot {
         let pose = &self.simulation.state().pose[index];
         let axis = pose.axis();
         LinkPose { x: pose.position.x, y: pose.position.y, angle: axis.y.atan2(axis.x) }
-    }
-
-    fn save(&self) -> Self::State {
-        SavedRobot::save(&self.simulation, &self.reference, &self.forces)
-    }
-
-    fn restore(&mut self, state: &Self::State) -> bool {
-        state.restore(&mut self.simulation, &mut self.reference, &mut self.forces)
-    }
-
-    fn links_of(state: &Self::State) -> usize {
-        state.links().unwrap_or_default()
     }
 }
 
