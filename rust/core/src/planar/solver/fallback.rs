@@ -5,7 +5,7 @@
 use nalgebra::Vector2;
 
 use crate::planar::{Stage, StageSolution, certify};
-use crate::solver::{SolveStatus, residual_limit};
+use crate::solver::{CONTRADICTION, SolveStatus, residual_limit};
 
 use super::coulomb_fallback::CoulombFallback;
 use super::{InteriorPoint, Newton};
@@ -54,9 +54,6 @@ impl Fallback {
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         self.solvers.energy = stage.energy();
         let is_convex = stage.is_convex();
-        let mut offsets =
-            stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
-        let can_relax = offsets.any(|offset| offset < 0.0);
         self.residual = f64::INFINITY;
         self.keep_if_better(stage, solution);
         let (mut solves, closed) = if is_convex {
@@ -68,7 +65,9 @@ impl Fallback {
             return (solves, SolveStatus::Solved);
         }
         self.keep_if_better(stage, solution);
-        if can_relax {
+        let mut offsets =
+            stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
+        if self.residual > CONTRADICTION && offsets.any(|offset| offset < 0.0) {
             stage.copy_lane(0, &mut self.relaxed);
             self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
             self.relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
