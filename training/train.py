@@ -17,11 +17,10 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal
 
 import gymnasium as gym
 import tyro
@@ -41,7 +40,7 @@ MODULES = {
     "ppo": "training.learners.ppo",
     "evolution": "training.learners.evolution",
 }
-"""What trains a configuration, by its ``learner``."""
+"""By ``learner``; ``train`` of each trains the run of a folder from its latest checkpoint on, and can show progress."""
 
 
 @dataclass
@@ -54,6 +53,7 @@ class Options:
         resume: Continue from the latest checkpoint if the folder holds a run.
         action_mode: Meaning of the actions; overrides the configuration.
         bar: Show progress.
+        learner: Overrides the configuration.
     """
 
     out: Path = Path("runs/train")
@@ -61,57 +61,15 @@ class Options:
     resume: bool = False
     action_mode: Literal["gait", "joints", "residual"] | None = None
     bar: bool = True
-
-
-@dataclass
-class TrainOptions(Options):
-    """The run.
-
-    Args:
-        learner: Overrides the configuration.
-    """
-
     learner: LearnerName | None = None
-
-
-Kind = TypeVar("Kind", bound=Options)
-Load = Callable[[Kind], RunConfig]
-"""Reads the configuration that options name."""
-Train = Callable[[RunFolder, Any, bool], int]
-"""Trains the run of a folder from its latest checkpoint on; the flag enables the progress display."""
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; 0 when the budget is used up, 130 when it was stopped, 2 when the run cannot begin."""
-    return command(TrainOptions, __doc__, arguments, lambda one: configs.load(one.config, one.learner), _train)
-
-
-def _train(options: TrainOptions, folder: RunFolder, config: RunConfig) -> int:
-    train: Train = import_module(MODULES[config.learner]).train
-    return train(folder, config, options.bar)
-
-
-def command(
-    kind: type[Kind],
-    text: str | None,
-    arguments: list[str] | None,
-    load: Load[Kind],
-    train: Callable[[Kind, RunFolder, Any], int],
-) -> int:
-    """The command of a learner.
-
-    Args:
-        kind: Its options.
-        text: Its description.
-        arguments: Of the command line; None: those of the process.
-        load: Reads the configuration.
-        train: Trains the run of a folder.
-    """
     if os.environ.get(ENDS_WITH_INPUT):
         _end_with_input()
     try:
-        options, config = _parse(kind, text, sys.argv[1:] if arguments is None else arguments, load)
-        return _run(options, config, train)
+        return _run(*_parse(sys.argv[1:] if arguments is None else arguments))
     except (StaleRun, ConfigError, gym.error.Error) as error:
         print(error, file=sys.stderr)
         return 2
@@ -128,7 +86,7 @@ def _end_with_input() -> None:
     threading.Thread(target=wait, daemon=True).start()
 
 
-def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind]) -> tuple[Kind, RunConfig]:
+def _parse(given: list[str]) -> tuple[Options, RunConfig]:
     """Options and configuration; the configuration that the options name has the defaults of its own options.
 
     Raises:
@@ -136,20 +94,20 @@ def _parse(kind: type[Kind], text: str | None, given: list[str], load: Load[Kind
         StaleRun: the run in the folder does not fit this version.
     """
     without_help, prog = [one for one in given if one not in ("-h", "--help")], as_typed()
-    options, _ = tyro.cli(kind, prog=prog, args=without_help, return_unknown_args=True)
+    options, _ = tyro.cli(Options, prog=prog, args=without_help, return_unknown_args=True)
     configs.check(options)
     folder = RunFolder(options.out)
     begun = folder.config() if options.resume and folder.exists else None
-    default = begun or load(options)
+    default = begun or configs.load(options.config, options.learner)
     both = dataclasses.make_dataclass(
         "Both",
         [
-            ("options", Annotated[kind, tyro.conf.arg(name="")]),
+            ("options", Annotated[Options, tyro.conf.arg(name="")]),
             ("values", Annotated[type(default), tyro.conf.arg(name="")], default),
         ],
     )
     with configs.checked(type(default)):
-        parsed: Any = tyro.cli(both, prog=prog, args=given, description=text, config=(tyro.conf.AvoidSubcommands,))
+        parsed: Any = tyro.cli(both, prog=prog, args=given, description=__doc__, config=(tyro.conf.AvoidSubcommands,))
     config: RunConfig = parsed.values.with_changes(env=config_file.merged(default.env, parsed.values.env))
     if options.action_mode is not None:
         config = config.with_changes(env=config.env | {"action_mode": options.action_mode})
@@ -167,7 +125,7 @@ def _require_same_run(begun: RunConfig, config: RunConfig) -> None:
             raise ConfigError(name, now, f"{before}, with which the run was begun")
 
 
-def _run(options: Kind, config: RunConfig, train: Callable[[Kind, RunFolder, Any], int]) -> int:
+def _run(options: Options, config: RunConfig) -> int:
     with sole_writer(options.out):
         folder = RunFolder(options.out)
         if folder.is_taken and not options.resume:
@@ -177,7 +135,7 @@ def _run(options: Kind, config: RunConfig, train: Callable[[Kind, RunFolder, Any
             print(f"{options.out} holds no run: starting one", flush=True)
         folder.create(config)
         try:
-            status = train(options, folder, config)
+            status: int = import_module(MODULES[config.learner]).train(folder, config, options.bar)
         except Exception:
             if not folder.has_begun:
                 folder.discard()

@@ -82,5 +82,5 @@ def test_keywords_of_the_environment_on_the_command_line_join_those_of_the_confi
     weights = {"progress": 2.0, "energy": 0.5}
     file.write_text(json.dumps({"env": {"reward_weights": weights, "goal_distance": 1.0, "difficulty": 0.5}}))
     given = ["--config", str(file), "--env", '{"reward_weights": {"energy": 0.1}, "difficulty": null, "step": 0.01}']
-    _, found = train._parse(train.TrainOptions, None, given, lambda one: config.load(one.config, one.learner))
+    _, found = train._parse(given)
     assert found.env == {"reward_weights": {"progress": 2.0, "energy": 0.1}, "goal_distance": 1.0, "step": 0.01}
