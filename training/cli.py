@@ -19,19 +19,19 @@ from training import config as configs
 from training.runs import StaleRun
 
 COMMANDS = {
-    "train": ("training.train", "train a policy, or resume a run"),
-    "evaluate": ("training.evaluate", "score policies and gaits on held-out fields"),
-    "submit": ("training.submission.submit", "enter policies into the benchmark"),
-    "verify": ("training.submission.verify", "replay an entry, and say whether its scores hold"),
-    "leaderboard": ("training.submission.leaderboard", "rank the entries"),
-    "inspect": ("training.evaluation.inspection", "show how a policy moves and fails"),
-    "video": ("training.evaluation.video", "film an episode"),
-    "tune": ("training.search.tune", "choose the parameters of the scripted controllers"),
-    "gaits": ("training.search.compare_gaits", "search the best constant gait"),
-    "sweep": ("training.search.sweep", "train many seeds of many configurations"),
-    "pipeline": ("training.pipeline", "search a gait, train, evaluate, draw: what `make train` runs"),
+    "train": ("training.train:main", "train a policy, or resume a run"),
+    "evaluate": ("training.evaluate:evaluate", "score policies and gaits on held-out fields"),
+    "submit": ("training.submission.submit:submit", "enter policies into the benchmark"),
+    "verify": ("training.submission.verify:verify", "replay an entry, and say whether its scores hold"),
+    "leaderboard": ("training.submission.leaderboard:show", "rank the entries"),
+    "inspect": ("training.evaluation.inspection:inspect", "show how a policy moves and fails"),
+    "video": ("training.evaluation.video:answer_film", "film an episode"),
+    "tune": ("training.search.tune:tune_all", "choose the parameters of the scripted controllers"),
+    "gaits": ("training.search.compare_gaits:compare", "search the best constant gait"),
+    "sweep": ("training.search.sweep:sweep", "train many seeds of many configurations"),
+    "pipeline": ("training.pipeline:run", "search a gait, train, evaluate, draw: what `make train` runs"),
 }
-"""Module and description by name."""
+"""By name: the function of ``Options`` of its module, or ``main``, which parses by itself, and the description."""
 
 Options = TypeVar("Options")
 
@@ -47,8 +47,10 @@ def main(arguments: list[str] | None = None) -> int:
             "usage: python -m training <command> [options]", "", *lines, sep="\n", file=None if wanted else sys.stderr
         )
         return 0 if wanted else 2
-    module, _ = COMMANDS[given[0]]
-    status: int = import_module(module).main(given[1:])
+    module, _, name = COMMANDS[given[0]][0].partition(":")
+    found = import_module(module)
+    work = getattr(found, name)
+    status: int = work(given[1:]) if name == "main" else answer(found.Options, work, found.__doc__, given[1:])
     return status
 
 

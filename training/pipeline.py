@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 import time
 from dataclasses import dataclass
 from importlib import import_module
@@ -26,7 +25,6 @@ from snake_env.policies.gaits import GaitParameters, GaitPolicy
 from snake_env.policies.interface import Policy
 from snake_env.policies.loading import load_policy
 from training import config as configs
-from training.cli import answer
 from training.config import Count, RunConfig, Seed
 from training.evaluation import figures
 from training.evaluation.report import FIELDS, report
@@ -57,11 +55,6 @@ class Options:
     seed: Seed | None = None
     fields: Count = FIELDS
     fresh: bool = False
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; returns 130 after a stop."""
-    return answer(Options, run, __doc__, arguments)
 
 
 def run(args: Options) -> int:
@@ -168,7 +161,3 @@ def _draw_paths(
     walk = next(iter(walks.values()))
     goal = float(walk.walk[0, 0]) + float(config.env.get("goal_distance", 2.0))
     figures.paths({name: one.walk for name, one in walks.items()}, walk.scene, goal, path)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -13,6 +13,7 @@ from snake_env.policies.scripted.controller import Controller
 from snake_env.policies.scripted.gaits import HeadingGait
 from snake_env.policies.scripted.reflex import ContactReflex
 from snake_env.policies.scripted.sensors import Sensors
+from training import cli
 from training.search import tune
 from training.search.optimise import Plan, maximise
 
@@ -291,7 +292,7 @@ def test_the_command_keeps_what_was_tuned_before(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(tasks, "chosen", lambda names: [FIELD])
     out = tmp_path / "tuned.json"
     for title in ("best gait", "heading control"):
-        assert tune.main(["--controllers", title, "--out", str(out), "--num-threads", "1"]) == 0
+        assert cli.main(["tune", "--controllers", title, "--out", str(out), "--num-threads", "1"]) == 0
     assert set(json.loads(out.read_text())["field"]) == {"best gait", "heading control"}
     assert catalogue.tuned("best gait", "field", out).name == "best gait"
 

@@ -16,7 +16,8 @@ from snake_env import Scene, SnakeEnv
 from snake_env.evaluation import film, rollout, seeds
 from snake_env.policies import ConstantAction, GaitParameters, Network, files
 from snake_env.policies.scripted.sensors import Sensors
-from training.evaluation import inspection, inspection_figures, video
+from training import cli
+from training.evaluation import inspection_figures, video
 from training.evaluation.record_episodes import KINDS, RecordedPolicy, push_ahead
 
 
@@ -77,8 +78,8 @@ def test_a_watched_policy_acts_as_it_does_alone(random_policy):
 
 def test_the_command_counts_every_episode_and_shows_each_kind(random_policy, tmp_path, capsys):
     out = tmp_path / "out"
-    arguments = ["--policy", str(random_policy), "--fields", "4", "--num-threads", "1", "--out", str(out)]
-    assert inspection.main(arguments) == 0
+    arguments = ["inspect", "--policy", str(random_policy), "--fields", "4", "--num-threads", "1", "--out", str(out)]
+    assert cli.main(arguments) == 0
     found = json.loads((out / "inspection.json").read_text())
     assert set(found) == {"mine", "heading control"}
     assert all(sum(one["ends"].values()) == 4 for one in found.values())

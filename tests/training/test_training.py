@@ -282,9 +282,9 @@ def test_the_search_finds_the_faster_gait_on_open_ground(tmp_path, monkeypatch):
     """Without pegs on orthotropic ground a wave twice as fast gets further."""
     monkeypatch.setattr(compare_gaits, "PLAN", Plan(3, 8, 1, 2, 1))
     ranges = ["--amplitude", "40", "40", "--omega", "80", "160", "--beta", "-50", "-50"]
-    arguments = ["--env", "SnakeFree-v1", *ranges]
+    arguments = ["gaits", "--env", "SnakeFree-v1", *ranges]
     options = ["--fields", "2", "--options", '{"max_episode_steps": 60}', "--out", str(tmp_path)]
-    assert compare_gaits.main([*arguments, *options]) == 0
+    assert cli.main([*arguments, *options]) == 0
     content = json.loads((tmp_path / "gaits.json").read_text())
     assert content["best"]["omega"] > 140.0
     assert content["gaits"][0]["omega"] == 80.0, "the thesis's gait is tried first"
@@ -305,16 +305,16 @@ def test_throughput_prints_rates_and_overheads(tmp_path, capsys):
 
 def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
-    arguments = ["--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
-    assert pipeline.main(arguments) == 0
+    arguments = ["pipeline", "--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
+    assert cli.main(arguments) == 0
     names = {path.name for path in tmp_path.iterdir()}
     assert {"evaluation.json", "learning-curve.png", "comparison.png", "paths.png", "gaits", "policy"} <= names
     assert names & {"policy.mp4", "policy.gif"}
     before = (tmp_path / "policy" / "model.zip").stat().st_mtime_ns
-    assert pipeline.main(arguments) == 0
+    assert cli.main(arguments) == 0
     assert (tmp_path / "policy" / "model.zip").stat().st_mtime_ns == before
     assert "starting over" not in capsys.readouterr().out
-    assert pipeline.main([*arguments, "--seed", "5"]) == 0
+    assert cli.main([*arguments, "--seed", "5"]) == 0
     assert "starting over" in capsys.readouterr().out
 
 
@@ -322,23 +322,23 @@ def test_the_pipeline_plays_the_policy_that_was_best_in_an_evaluation(tmp_path, 
     monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
     played = []
     monkeypatch.setattr(pipeline, "load_policy", lambda path, name: played.append(path.name) or GaitPolicy(name=name))
-    arguments = ["--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
-    assert pipeline.main(arguments) == 0
+    arguments = ["pipeline", "--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
+    assert cli.main(arguments) == 0
     (tmp_path / "policy" / "best.zip").unlink()  # as in a run without evaluations
-    assert pipeline.main(arguments) == 0
+    assert cli.main(arguments) == 0
     assert played == ["best.zip", "model.zip"]
 
 
 def test_the_pipeline_trains_on_for_more_steps_and_refuses_fewer(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
     monkeypatch.setattr(pipeline, "_evaluation_stage", lambda *_: None)
-    arguments = ["--out", str(tmp_path), "--config", "smoke", "--total-steps"]
+    arguments = ["pipeline", "--out", str(tmp_path), "--config", "smoke", "--total-steps"]
     folder = runs.RunFolder(tmp_path / "policy")
     for steps in (256, 512):
-        assert pipeline.main([*arguments, str(steps)]) == 0
+        assert cli.main([*arguments, str(steps)]) == 0
         assert PPO.load(folder.policy, device="cpu").num_timesteps == folder.config().total_steps == steps
     assert "resuming after 256 steps" in capsys.readouterr().out
-    assert pipeline.main([*arguments, "256"]) == 2
+    assert cli.main([*arguments, "256"]) == 2
     assert "total_steps = 256: expected at least 512, which " in capsys.readouterr().err
     assert folder.config().total_steps == 512
 
@@ -356,7 +356,7 @@ def test_progress_output_does_not_change_a_run_of_the_pipeline(tmp_path):
 def test_the_pipeline_stopped_in_any_stage_goes_on(stage, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(pipeline, "PLAN", Plan(1, 2, 1, 1, 1))
     monkeypatch.setattr(pace, "IN_A_FILE", 0.0)
-    arguments = ["--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
+    arguments = ["pipeline", "--out", str(tmp_path), "--config", "smoke", "--fields", "3"]
 
     def stop(*_, **__):
         os.kill(os.getpid(), signal.SIGINT)
@@ -365,9 +365,9 @@ def test_the_pipeline_stopped_in_any_stage_goes_on(stage, tmp_path, monkeypatch,
     with monkeypatch.context() as patch:
         place = {"search": gait_search, "train": sb3, "run_episodes": pipeline}[stage]
         patch.setattr(place, stage, stop)
-        assert pipeline.main(arguments) == 130
+        assert cli.main(arguments) == 130
     assert capsys.readouterr().out.splitlines()[-1] == "stopped; the same command continues"
-    assert pipeline.main(arguments) == 0
+    assert cli.main(arguments) == 0
     told = capsys.readouterr().out
     assert "starting over" not in told
     searched = "batch 1 of 1: 2 candidates on 1 fields each\n1 control periods\n" in told

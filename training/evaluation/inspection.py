@@ -11,7 +11,6 @@ as JSON; draws ``links.png`` and, for the first episode of each outcome, ``<outc
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,6 @@ from snake_env.policies.interface import Policy
 from snake_env.policies.loading import load_policy
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.scripted.sensors import Array
-from training.cli import answer
 from training.config import Count
 from training.evaluation import inspection_figures, video
 from training.evaluation.loading import task
@@ -58,11 +56,6 @@ class Options:
     fields: Count = 200
     num_threads: int | None = None
     out: Path = Path("runs/inspect")
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command."""
-    return answer(Options, inspect, __doc__, arguments)
 
 
 def inspect(args: Options) -> int:
@@ -137,7 +130,3 @@ def show(policy: Policy, kind: str, env_id: str, seed: int, out: Path, options: 
     inspection_figures.frames(episode, title, FRAMES, out / f"{stem}-frames.png")
     inspection_figures.timeline(episode, layout, title, out / f"{stem}-timeline.png")
     print(video.write_small_gif(episode.frames, out / f"{stem}.gif"))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -5,7 +5,6 @@ python -m training video --policy field-hard --seed 8589934600 --out runs/film
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from numpy.typing import NDArray
 
 from snake_env.evaluation import film, seeds
 from snake_env.policies.gaits import GaitPolicy
-from training.cli import answer
 from training.config import JsonObject
 from training.evaluation import loading
 
@@ -41,11 +39,6 @@ class Options:
     out: Path = Path("runs/episode")
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command."""
-    return answer(Options, answer_film, __doc__, arguments)
-
-
 def answer_film(args: Options) -> int:
     """Plays and writes one episode."""
     paths = [] if args.policy is None else [args.policy]
@@ -60,7 +53,3 @@ def answer_film(args: Options) -> int:
 def write_small_gif(frames: list[NDArray[np.uint8]], path: Path) -> Path:
     """Writes every third frame and the last, in the same few colours: small if they were drawn as ``STILL``."""
     return film.write_gif([*frames[:-1:3], frames[-1]], path, milliseconds=150)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

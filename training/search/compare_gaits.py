@@ -10,14 +10,12 @@ figure and JSON.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from snake_env.evaluation import scores, seeds
 from snake_env.evaluation.rollout import layout_of, run_episodes
 from snake_env.policies.gaits import GaitParameters, GaitPolicy
-from training.cli import answer
 from training.config import Count, JsonObject
 from training.evaluation.report import FIELDS, report
 from training.search.gait_search import PLAN, RANGES, gait, ranges_of, search, write
@@ -55,11 +53,6 @@ class Options:
     out: Path = Path("runs/gaits")
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command."""
-    return answer(Options, compare, __doc__, arguments)
-
-
 def compare(args: Options) -> int:
     """Searches, then scores the best gait and the thesis's."""
     given = {name: bounds for name in RANGES if (bounds := getattr(args, name)) is not None}
@@ -76,7 +69,3 @@ def compare(args: Options) -> int:
     rows = {name: scores.score(episodes) for name, episodes in played.items()}
     report(rows, played, args.out, {"env": args.env, "options": args.options, "fields": args.fields})
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -27,7 +27,6 @@ from snake_env._files import replace, write_json
 from snake_env.evaluation import seeds
 from snake_env.policies.loading import load_policy
 from training import config as configs
-from training.cli import answer
 from training.config import Count
 from training.learning_curve import text
 from training.progress import means_over_tasks, merit
@@ -63,13 +62,8 @@ class Options:
     out: Path = Path("runs/sweep")
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command; returns 130 after a stop, 1 if a run failed."""
-    return answer(Options, sweep, __doc__, arguments)
-
-
 def sweep(args: Options) -> int:
-    """Trains all seeds, then selects the best of each configuration."""
+    """Trains all seeds, then selects the best of each configuration; 130 after a stop, 1 if a run failed."""
     runs = planned(args)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
@@ -236,7 +230,3 @@ def draw(runs: dict[str, list[RunFolder]], out: Path) -> None:
     except ImportError:
         return
     figures.learning_curves(drawn, out / "learning-curves.png")
-
-
-if __name__ == "__main__":
-    sys.exit(main())

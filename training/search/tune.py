@@ -11,7 +11,6 @@ gives way to better values only.
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +25,6 @@ from snake_env.evaluation import rollout, seeds, tasks
 from snake_env.evaluation.tasks import GOAL, BenchmarkTask
 from snake_env.policies.scripted import catalogue
 from snake_env.policies.scripted.controller import Controller
-from training.cli import answer
 from training.search.optimise import Plan, Values, maximise
 
 PLAN = Plan(batches=6, candidates=48, fields=8, finalists=6, final_fields=400)
@@ -49,11 +47,6 @@ class Options:
     num_threads: int | None = None
     quick: bool = False
     out: Path = catalogue.TUNED
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command."""
-    return answer(Options, tune_all, __doc__, arguments)
 
 
 def tune_all(args: Options) -> int:
@@ -116,7 +109,3 @@ def keep(path: Path, task: str, title: str, found: dict[str, Any]) -> None:
     content.setdefault(task, {})[title] = found
     path.parent.mkdir(parents=True, exist_ok=True)
     write_json(path, content)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -6,7 +6,6 @@ python -m training leaderboard --write    # also write docs/leaderboard.md
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +17,6 @@ from snake_env.evaluation import tasks
 from snake_env.evaluation.statistics import Estimate, interquartile_mean, student_interval
 from snake_env.markdown import table
 from snake_env.policies.gaits import GaitParameters
-from training.cli import answer
 from training.config import ROOT
 from training.evaluation import reference_limits
 from training.submission.entry import NAME, Submission, read
@@ -64,11 +62,6 @@ class Options:
 
     folder: Path = FOLDER
     write: bool = False
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command."""
-    return answer(Options, show, __doc__, arguments)
 
 
 def show(args: Options) -> int:
@@ -161,7 +154,3 @@ def over_runs(estimate: Estimate, entry: Submission) -> str:
     """A value with its interval over runs, where there are several."""
     interval = f" [{estimate.low:.3f}, {estimate.high:.3f}]" if len(entry.runs) > 1 else ""
     return f"{estimate.value:.3f}{interval}"
-
-
-if __name__ == "__main__":
-    sys.exit(main())

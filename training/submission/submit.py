@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,7 +25,6 @@ from snake_env.policies.loading import SCRIPTED, load_policy
 from snake_env.policies.network import Network
 from snake_env.policies.onnx_file import OnnxPolicy
 from snake_env.policies.shipped import NAMES, policy_path
-from training.cli import answer
 from training.config import Count
 from training.evaluation import cached_scores
 from training.evaluation.loading import trained_with
@@ -60,11 +58,6 @@ class Options:
     episodes: Count = 200
     about: str = ""
     num_threads: int | None = None
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command."""
-    return answer(Options, submit, __doc__, arguments)
 
 
 def submit(args: Options) -> int:
@@ -151,7 +144,3 @@ def _tasks(name: str) -> list[str]:
         for task in tasks.load().values()
         if (cached_scores.tuning(name, task) if scripted else task.model == model and task.suite != "ground")
     ]
-
-
-if __name__ == "__main__":
-    sys.exit(main())

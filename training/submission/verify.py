@@ -9,7 +9,6 @@ verifications of the whole entry. Exit status 1 where one does not hold.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +16,6 @@ import tyro
 from scipy import stats
 
 from snake_env.markdown import table
-from training.cli import answer
 from training.config import Count
 from training.submission import play
 from training.submission.entry import Scores, policy, read
@@ -43,11 +41,6 @@ class Options:
     first_scene: int | None = None
     tasks: tuple[str, ...] | None = None
     num_threads: int | None = None
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Runs the command."""
-    return answer(Options, verify, __doc__, arguments)
 
 
 def verify(args: Options) -> int:
@@ -84,7 +77,3 @@ def chances(before: Scores, many: int, now: Scores, few: int) -> tuple[float, fl
         equal_var=False,
     ).pvalue
     return float(success), float(speed)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
