@@ -7,65 +7,39 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 FOLDER = "tensorboard"
 """Of the event files, in the folder of a run."""
 
 
-class Tracker(Protocol):
-    """Receives numbers by name."""
-
-    def write(self, steps: int, values: Mapping[str, float]) -> None:
-        """Numbers after so many environment steps."""
-
-    def close(self) -> None:
-        """Writes what is left."""
-
-
-class NoTracker:
-    """Forgets everything."""
-
-    def write(self, steps: int, values: Mapping[str, float]) -> None:
-        """Does nothing."""
-
-    def close(self) -> None:
-        """Does nothing."""
-
-
-class TensorBoard:
-    """Event files.
+class Tracker:
+    """Receives the numbers of a run by name.
 
     Args:
-        folder: Of the files.
+        kind: "tensorboard" or "none", which forgets them.
+        run: Folder of the run.
         steps: Environment steps taken before; what an earlier part of the run wrote beyond them is hidden.
     """
 
-    def __init__(self, folder: Path, steps: int) -> None:
-        from torch.utils.tensorboard import SummaryWriter
+    def __init__(self, kind: str, run: Path, steps: int) -> None:
+        self._writer: Any = None
+        if kind == "tensorboard":
+            from torch.utils.tensorboard import SummaryWriter
 
-        make: Any = SummaryWriter
-        self._writer = make(str(folder), purge_step=steps + 1 if steps else None)
+            make: Any = SummaryWriter
+            self._writer = make(str(run / FOLDER), purge_step=steps + 1 if steps else None)
 
     def write(self, steps: int, values: Mapping[str, float]) -> None:
-        """Scalars."""
-        for name, value in values.items():
-            self._writer.add_scalar(name, value, steps)
+        """Numbers after so many environment steps."""
+        if self._writer:
+            for name, value in values.items():
+                self._writer.add_scalar(name, value, steps)
 
     def close(self) -> None:
         """Writes what is left."""
-        self._writer.close()
-
-
-def tracker(kind: str, run: Path, steps: int) -> Tracker:
-    """The tracker of a run.
-
-    Args:
-        kind: "tensorboard" or "none".
-        run: Folder of the run.
-        steps: Environment steps taken before.
-    """
-    return TensorBoard(run / FOLDER, steps) if kind == "tensorboard" else NoTracker()
+        if self._writer:
+            self._writer.close()
 
 
 def of_row(row: Mapping[str, float]) -> dict[str, float]:

@@ -125,7 +125,7 @@ class Work:
     ) -> None:
         self._learner, self._folder, self._config = learner, folder, config
         self._budget, self._curve, self._show = budget, curve, show
-        self.tracker = tracking.tracker(config.track, folder.path, learner.steps)
+        self.tracker = tracking.Tracker(config.track, folder.path, learner.steps)
         self._progress = Progress(folder.path, config, learner.steps)
         self._checkpoints = Interval(config.checkpoint_steps, learner.steps)
         self._evaluations = Interval(config.evaluation_interval, learner.steps)
