@@ -1,12 +1,10 @@
-"""The tables of docs/spatial-method.md, and means over variants: errors and rates by step, and unconverged stages as
-friction grows.
+"""The tables of docs/spatial-method.md: errors and rates by step, and unconverged stages as friction grows.
 
     python -m experiments.spatial_tables
     python -m experiments.spatial_tables --tables stages
 
 Errors are those of link 6 after 5 s against steps of 0.25 ms, worst of all samples in brackets; rates are simulated
-seconds per second of this thread's CPU time. Variants have friction between 80 and 120 % and joint rates between 90 and
-110 % of the scene's; brackets then hold the least and the largest error. Three tables of Markdown; some minutes.
+seconds per second of this thread's CPU time. Two tables of Markdown; some minutes.
 """
 
 from __future__ import annotations
@@ -14,13 +12,12 @@ from __future__ import annotations
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 import snake_env
 from snake_env import PD, Gait, Integrator, Scene, Start, Trajectory
@@ -30,27 +27,19 @@ from training.cli import answer
 DURATION = 5.0
 MIDDLE = 5
 """Link 6."""
-Variant = dict[str, Any]
-"""Keywords of a simulation."""
 
+SCENES: dict[str, dict[str, Any]] = {
+    "course of Table 7.5": {"scene": Scene.preset("table-7.5", (0.2, 0.2)), "gait": Gait()},
+    "sidewinding from rest": {
+        "scene": Scene.preset("free", (0.2, 0.2)),
+        "gait": Gait.sidewinding(soft_start=True),
+        "start": Start(posture="straight"),
+    },
+}
+"""Keywords of simulations."""
 
-def course(friction: float = 0.2, omega: float = Gait.omega) -> Variant:
-    """Lateral undulation on the course of Table 7.5."""
-    return {"scene": Scene.preset("table-7.5", (friction, friction)), "gait": Gait(omega=omega)}
-
-
-def sidewinding(friction: float = 0.2, omega: float = Gait.omega) -> Variant:
-    """Sidewinding with soft start of a robot that lies straight."""
-    scene = Scene.preset("free", (friction, friction))
-    gait = Gait.sidewinding(soft_start=True, omega=omega)
-    return {"scene": scene, "gait": gait, "start": Start(posture="straight")}
-
-
-SCENES: dict[str, Callable[..., Variant]] = {"course of Table 7.5": course, "sidewinding from rest": sidewinding}
 STEPS = (0.1, 0.05, 0.025, 0.01, 0.005)
 FINE = 2.5e-4
-VARIATIONS = tuple(product((0.16, 0.2, 0.24), (0.9 * Gait.omega, Gait.omega, 1.1 * Gait.omega)))
-"""Friction coefficients and joint rates [rad/s]."""
 
 FRICTION = ((0.0, 0.0), (0.2, 0.2), (0.01, 1.0), (1.0, 1.0), (2.0, 2.0))
 COURSES = ("free", "table-7.3")
@@ -71,35 +60,16 @@ def run(**keywords: Any) -> tuple[Trajectory, float]:
     return trajectory, DURATION / (time.thread_time() - start)
 
 
-def distances(trajectory: Trajectory, fine: Trajectory) -> NDArray[np.float64]:
-    """Of link 6, sample by sample [m]."""
-    return np.asarray(np.linalg.norm(trajectory.position - fine.position, axis=2)[:, MIDDLE])
-
-
 def errors() -> Iterator[tuple[str, ...]]:
     """Rows of the table of steps."""
-    fine = {name: run(integrator=Integrator(step=FINE), **scene())[0] for name, scene in SCENES.items()}
+    fine = {name: run(integrator=Integrator(step=FINE), **scene)[0] for name, scene in SCENES.items()}
     for step in STEPS:
         cells: list[str] = []
         for name, scene in SCENES.items():
-            trajectory, rate = run(integrator=Integrator(step=step), **scene())
-            distance = distances(trajectory, fine[name])
+            trajectory, rate = run(integrator=Integrator(step=step), **scene)
+            distance = np.linalg.norm((trajectory.position - fine[name].position)[:, MIDDLE], axis=1)
             cells.append(f"{1e3 * distance[-1]:.2g} mm ({1e3 * distance.max():.2g})")
             cells.append(f"{trajectory.iterations.sum():,.0f}, {rate:.0f}")
-        yield f"{1e3 * step:g} ms", *cells
-
-
-def means() -> Iterator[tuple[str, ...]]:
-    """Rows of the table of variants."""
-    variants = {name: [scene(*variation) for variation in VARIATIONS] for name, scene in SCENES.items()}
-    fine = {name: [run(integrator=Integrator(step=FINE), **one)[0] for one in all_] for name, all_ in variants.items()}
-    for step in STEPS:
-        cells: list[str] = []
-        for name, all_ in variants.items():
-            runs = [run(integrator=Integrator(step=step), **one)[0] for one in all_]
-            ends = [1e3 * distances(one, exact)[-1] for one, exact in zip(runs, fine[name], strict=True)]
-            solves = np.mean([one.iterations.sum() for one in runs])
-            cells += [f"{np.mean(ends):.2g} mm ({min(ends):.2g} to {max(ends):.2g})", f"{solves:,.0f}"]
         yield f"{1e3 * step:g} ms", *cells
 
 
@@ -124,7 +94,6 @@ def stages() -> Iterator[tuple[str, ...]]:
 
 HEADS = {
     "steps": ("step", *(head for name in SCENES for head in (name, "solves, rate"))),
-    "variants": ("step", *(head for name in SCENES for head in (name, "solves"))),
     "stages": (
         "friction (mu_x, mu_y)",
         "fallbacks, all runs",
@@ -133,7 +102,7 @@ HEADS = {
         "deepest without pegs",
     ),
 }
-ROWS = {"steps": errors, "variants": means, "stages": stages}
+ROWS = {"steps": errors, "stages": stages}
 
 
 @dataclass
@@ -144,7 +113,7 @@ class Options:
         tables: Tables to print.
     """
 
-    tables: tuple[Literal["steps", "variants", "stages"], ...] = ("steps", "variants", "stages")
+    tables: tuple[Literal["steps", "stages"], ...] = ("steps", "stages")
 
 
 def main(arguments: list[str] | None = None) -> int:
