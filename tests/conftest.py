@@ -89,10 +89,12 @@ def check_arrays(trajectory: snake_env.Trajectory, **shapes: tuple[int, ...]) ->
 
 
 def check_continues(env: snake_env.SnakeEnv, quantity: str) -> None:
-    """A saved state brings back a quantity of the state, and from it all observations of 20 steps, which are dicts."""
+    """A saved state brings back a quantity of the state, the observations of 20 steps, which are dicts, and the
+    quantity after them."""
 
     def steps() -> list[dict[str, np.ndarray]]:
-        return [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
+        seen = [env.step(np.zeros(env.action_space.shape))[0] for _ in range(20)]
+        return [*seen, {quantity: getattr(env.state(), quantity)}]
 
     saved, before, after = env.get_state(), getattr(env.state(), quantity), steps()
     env.reset(seed=1)
@@ -101,6 +103,16 @@ def check_continues(env: snake_env.SnakeEnv, quantity: str) -> None:
     for one, other in zip(after, steps(), strict=True):
         for name, block in one.items():
             np.testing.assert_array_equal(block, other[name])
+
+
+def in_mujoco(scene: snake_env.Scene, **options: Any) -> tuple[Any, Any]:
+    """Model and data of MuJoCo at the start."""
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(scene.to_mjcf(**options))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    return model, data
 
 
 def run_python(code: str, *, timeout: float = 60, **variables: str) -> str:

@@ -7,6 +7,7 @@ import dataclasses
 import gymnasium as gym
 import numpy as np
 import pytest
+from conftest import in_mujoco
 
 from snake_env import PD, ConfigError, Gait, Integrator, JointTrajectory, Robot, Scene, Start, simulate
 
@@ -157,9 +158,7 @@ def test_chains_of_hinges_fly_as_in_mujoco(axes, fields):
     assert np.abs(run.joint_angle[1] - run.joint_angle[0]).max() > 0.2
     reached = []
     for step in (1e-3, 2.5e-4):
-        model = mujoco.MjModel.from_xml_string(Scene().to_mjcf(robot=robot, controller=springs, start=start, step=step))
-        data = mujoco.MjData(model)
-        mujoco.mj_resetDataKeyframe(model, data, 0)
+        model, data = in_mujoco(Scene(), robot=robot, controller=springs, start=start, step=step)
         np.testing.assert_allclose(data.qpos[7:], bent, atol=1e-12)
         data.ctrl[:] = 0.0
         for _ in range(round(0.6 / step)):
@@ -188,8 +187,7 @@ def test_joints_have_limits_of_their_own(model):
     robot = dataclasses.replace(robot, joint_limit=in_3d)
     with pytest.raises(ConfigError, match=r"start\.posture\[0\] = 0\.6: expected an angle in \[-0\.2, 0\.4\]"):
         simulate(model="spatial", robot=robot, start=Start(posture=[0.6, 0, 0, 0, 0, 0]), duration=0.1)
-    mujoco = pytest.importorskip("mujoco")
-    model = mujoco.MjModel.from_xml_string(Scene().to_mjcf(robot=robot, start=Start(posture="straight")))
+    model, _ = in_mujoco(Scene(), robot=robot, start=Start(posture="straight"))
     np.testing.assert_array_equal(model.jnt_limited[1:], [1, 1, 1, 0, 1, 1])
     np.testing.assert_allclose(model.jnt_range[[1, 2, 5]], [[-0.2, 0.4], [-0.3, 0.3], [-1.0, 1.0]])
 

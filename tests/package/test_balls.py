@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import check_arrays, check_continues
+from conftest import check_arrays, check_continues, in_mujoco
 
 import snake_env
 from snake_env import ConfigError, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, load_trajectory
@@ -222,10 +222,7 @@ def test_balls_roll_slide_and_meet_as_in_mujoco():
     ramp = Polyhedron([(x, y, z) for y in (2.5, 3.5) for x, z in [(0.0, 0.0), (-1.0, 0.0), (-1.0, 0.4)]], friction=0.5)
     raised = Sphere(0.05, -0.5, 3.0, 0.2, z=0.2 + 0.05 * np.hypot(1.0, 0.4), rolling_friction=0.0)
     scene = Scene(obstacles=[rolls, slides, resisted, ramp, raised], friction=(0.9, 0.9), slope=(0.3, np.pi))
-    model = mujoco.MjModel.from_xml_string(scene.to_mjcf(robot=robot, start=away, step=1e-4))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    mujoco.mj_forward(model, data)
+    model, data = in_mujoco(scene, robot=robot, start=away, step=1e-4)
     bodies = [data.body(f"obstacle_{j}") for j in (1, 2, 3, 5)]
     np.testing.assert_allclose(bodies[3].xpos, [raised.x, raised.y, raised.z], atol=1e-12)
     assert model.body("obstacle_1").inertia[1] == pytest.approx(0.4 * 0.5 * 0.07**2)

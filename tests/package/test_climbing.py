@@ -5,6 +5,7 @@ import dataclasses
 import gymnasium
 import numpy as np
 import pytest
+from conftest import in_mujoco
 
 import snake_env
 from snake_env import PD, JointTrajectory, Robot, Scene, Start
@@ -81,7 +82,7 @@ def bisected(holds, low, high, width):
 def test_the_least_friction_that_holds_a_helix_is_that_of_exact_statics():
     """A helix at rest on an upright pole stays at rest on one with less friction, down to what the balance of its 26
     degrees of freedom under the torques of its joints needs: 0.678."""
-    mujoco = pytest.importorskip("mujoco")
+    pytest.importorskip("mujoco")
     pytest.importorskip("scipy")
     env = gymnasium.make("SnakeClimb-v1").unwrapped
     env.reset(seed=0)
@@ -104,10 +105,7 @@ def test_the_least_friction_that_holds_a_helix_is_that_of_exact_statics():
         _, motion = run(friction, start, 0.3)
         return np.abs(motion.position[-1] - motion.position[0]).max() < 0.3e-6  # a creep of 1e-6 m/s
 
-    model = mujoco.MjModel.from_xml_string(scene.to_mjcf(robot=robot, controller=controller, start=start))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    mujoco.mj_forward(model, data)
+    model, data = in_mujoco(scene, robot=robot, controller=controller, start=start)
     contacts = []
     for i, (cg, (w, x, y, z)) in enumerate(zip(position, quaternion, strict=True), start=1):
         axis = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])

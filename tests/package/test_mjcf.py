@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from conftest import in_mujoco
 
 from snake_env import (
     PD,
@@ -27,15 +28,6 @@ mujoco = pytest.importorskip("mujoco")
 FIELD = HeightField(height=[[0.0, 0.1], [0.1, 0.2]], spacing=1.0, origin=(2.0, 2.0))
 
 
-def loaded(scene, **options):
-    """Model and data at the start."""
-    model = mujoco.MjModel.from_xml_string(scene.to_mjcf(**options))
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
-    mujoco.mj_forward(model, data)
-    return model, data
-
-
 def links(model, data):
     """CGs of the links (n, 3)."""
     return np.array([data.body(f"link_{i}").xipos for i in range(1, model.nbody)])
@@ -45,7 +37,7 @@ def test_the_robot_lies_where_the_environment_puts_it():
     start = Start(position=(0.3, -0.2), heading=2.5)
     env = SnakeEnv(model="spatial", task="course", start=start, start_jitter=0.0)
     env.reset(seed=0)
-    model, data = loaded(Scene.preset("table-7.5"), start=start)
+    model, data = in_mujoco(Scene.preset("table-7.5"), start=start)
     np.testing.assert_allclose(links(model, data), env.state().link_position, atol=1e-9)
     assert model.body_mass.sum() == pytest.approx(7.5)
 
@@ -61,12 +53,12 @@ def test_the_robot_lies_where_the_environment_puts_it():
 )
 def test_the_robot_lies_where_simulate_puts_it(start, gait):
     run = simulate(model="spatial", start=start, gait=gait, duration=1e-3, sample=1e-3)
-    np.testing.assert_allclose(links(*loaded(Scene(), start=start, gait=gait)), run.position[0], atol=1e-12)
+    np.testing.assert_allclose(links(*in_mujoco(Scene(), start=start, gait=gait)), run.position[0], atol=1e-12)
 
 
 def test_per_link_quantities_reach_their_links():
     robot = Robot(links=3, length=(0.1, 0.2, 0.3), mass=(1.0, 2.0, 3.0), inertia=(1e-3, 2e-3, 3e-3), joint_limit=1.2)
-    model, data = loaded(Scene(), robot=robot, start=Start(posture="straight"))
+    model, data = in_mujoco(Scene(), robot=robot, start=Start(posture="straight"))
     np.testing.assert_allclose(links(model, data)[:, 0], [0.0, -0.15, -0.4], atol=1e-12)
     np.testing.assert_allclose(model.body_mass[1:], [1.0, 2.0, 3.0])
     np.testing.assert_allclose(model.body_inertia[1:, 1], [1e-3, 2e-3, 3e-3])
@@ -75,7 +67,7 @@ def test_per_link_quantities_reach_their_links():
 
 @pytest.mark.parametrize(("limit", "is_limited"), [(None, True), (np.inf, False)])
 def test_joints_have_the_limits_of_the_spatial_model(limit, is_limited):
-    model, _ = loaded(Scene(), robot=Robot(joint_limit=limit), start=Start(posture="straight"))
+    model, _ = in_mujoco(Scene(), robot=Robot(joint_limit=limit), start=Start(posture="straight"))
     assert (model.jnt_limited[1:] == is_limited).all()
     if is_limited:
         np.testing.assert_allclose(model.jnt_range[1:], [[-np.pi / 2, np.pi / 2]] * 20)
@@ -112,7 +104,7 @@ def slope(friction, share, heading):
 )
 def test_a_robot_that_friction_holds_hardly_creeps(options, share, creep):
     """MuJoCo's friction is damping below its bound, so that some creep is left [m/s]."""
-    model, data = loaded(slope((0.3, 0.3), share, 0.0), **options)
+    model, data = in_mujoco(slope((0.3, 0.3), share, 0.0), **options)
     advance(model, data, 2.0)
     before = links(model, data)
     advance(model, data, 1.0)
@@ -124,7 +116,7 @@ def test_friction_along_and_across_turns_with_the_links(heading):
     """A robot too sluggish to roll slides where the ellipse of the friction ends, whatever its direction."""
     robot, start = Robot(links=2, inertia=1e3, roll_inertia=1e3), Start(heading=heading, posture="straight")
     for share in (0.98, 1.02):
-        model, data = loaded(slope((0.2, 0.5), share, heading), robot=robot, start=start)
+        model, data = in_mujoco(slope((0.2, 0.5), share, heading), robot=robot, start=start)
         advance(model, data, 0.5)
         before = links(model, data)
         advance(model, data, 1.0)
@@ -137,7 +129,7 @@ def test_sidewinding_covers_the_same_ground_in_both(friction):
     scene, controller = Scene(friction=friction, rolling_friction=0.0), PD(torque_limit=20.0)
     gait = Gait.sidewinding()
     run = simulate(model="spatial", scene=scene, gait=gait, controller=controller, duration=6.0, sample=1.0)
-    model, data = loaded(scene, controller=controller, gait=gait, step=0.001)
+    model, data = in_mujoco(scene, controller=controller, gait=gait, step=0.001)
     before = links(model, data).mean(axis=0)
     for _ in range(6000):
         data.ctrl[:] = servo_targets(gait, data.time + 0.001, controller)
@@ -152,7 +144,7 @@ def test_sidewinding_covers_the_same_ground_in_both(friction):
 def test_locked_joints_hold_and_limp_ones_have_no_actuator(step):
     """The robot falls onto the ground; springs of 1e9 N m/rad give way by 1e-9 rad per N m."""
     start = Start(position=(0.0, 0.0, 0.2), roll=0.4)
-    model, data = loaded(Scene(), robot=Robot(locked=(3,), limp=(6,)), start=start, step=step)
+    model, data = in_mujoco(Scene(), robot=Robot(locked=(3,), limp=(6,)), start=start, step=step)
     absent = {"yaw_4", "pitch_4", "yaw_7", "pitch_7"}
     assert {model.actuator(i).name for i in range(model.nu)} == {model.joint(j).name for j in range(1, 21)} - absent
     given = data.qpos.copy()
@@ -167,12 +159,12 @@ def test_locked_joints_hold_and_limp_ones_have_no_actuator(step):
 
 
 def test_the_ground_carries_the_weight_and_a_slope_pulls():
-    model, data = loaded(Scene())
+    model, data = in_mujoco(Scene())
     for _ in range(1000):
         mujoco.mj_step(model, data)
     heights = links(model, data)[:, 2]
     np.testing.assert_allclose(heights, 0.0525, atol=1e-3)
-    steep = loaded(Scene(slope=(0.3, 0.5 * np.pi)))[0].opt.gravity
+    steep = in_mujoco(Scene(slope=(0.3, 0.5 * np.pi)))[0].opt.gravity
     np.testing.assert_allclose(steep, 9.81 * np.array([0.0, -np.sin(0.3), -np.cos(0.3)]), atol=1e-12)
 
 
@@ -186,7 +178,7 @@ def test_obstacles_stop_a_robot():
     ]
     for obstacle in kinds:
         scene = Scene(obstacles=[obstacle], friction=(0.0, 0.0))
-        model, data = loaded(scene, start=Start(heading=np.pi, posture="straight"))
+        model, data = in_mujoco(scene, start=Start(heading=np.pi, posture="straight"))
         data.qvel[0] = 0.5
         for _ in range(1000):
             mujoco.mj_step(model, data)
@@ -222,7 +214,7 @@ def test_a_robot_on_a_height_field_moves_as_in_mujoco(friction, gait, seconds, a
     scene, controller, start = uneven(friction), PD(kp=40.0, kd=1.5), Start(position=(0.6, 0.1), heading=0.2)
     options = {"gait": gait, "controller": controller, "start": start}
     run = simulate(model="spatial", scene=scene, duration=seconds, integrator=Integrator(precision="fine"), **options)
-    model, data = loaded(scene, step=1e-4, **options)
+    model, data = in_mujoco(scene, step=1e-4, **options)
     np.testing.assert_allclose(links(model, data), run.position[0], atol=1e-9)
     for _ in range(round(seconds / 1e-4)):
         data.ctrl[:] = servo_targets(gait, data.time + 1e-4, controller)
@@ -240,7 +232,7 @@ def test_a_robot_pushes_a_box_in_3d_as_in_mujoco():
     options = {"gait": gait, "controller": controller, "start": Start(position=(0.2, 0.0), heading=0.0)}
     fine = Integrator(precision="fine")
     run = simulate(model="spatial", scene=scene, duration=0.7, sample=0.1, integrator=fine, **options)
-    model, data = loaded(scene, step=1e-4, **options)
+    model, data = in_mujoco(scene, step=1e-4, **options)
     body, places, turns = data.body("obstacle_1"), [], []
     for _ in range(8):
         places.append(body.xpos[:2].copy())
@@ -262,7 +254,7 @@ def test_a_robot_pushes_a_ball_as_in_mujoco():
     options = {"gait": gait, "controller": controller, "start": Start(position=(0.2, 0.0), heading=0.0)}
     fine = Integrator(precision="fine")
     run = simulate(model="spatial", scene=scene, duration=1.0, sample=0.1, integrator=fine, **options)
-    model, data = loaded(scene, step=1e-4, **options)
+    model, data = in_mujoco(scene, step=1e-4, **options)
     places = []
     for _ in range(11):
         places.append(data.body("obstacle_1").xpos.copy())
@@ -277,7 +269,7 @@ def test_a_robot_pushes_a_ball_as_in_mujoco():
 def test_convex_bodies_and_poles_have_their_places():
     ramp = Polyhedron(vertices=[(1, -1, 0), (2, -1, 0), (2, 1, 0), (1, 1, 0), (2, -1, 0.4), (2, 1, 0.4)], friction=0.5)
     pole = Cylinder(start=(0.0, 1.0, 0.0), end=(0.3, 1.0, 1.0), radius=0.1)
-    model, data = loaded(Scene(obstacles=[ramp, pole]), start=Start(position=(-1.0, 0.0)))
+    model, data = in_mujoco(Scene(obstacles=[ramp, pole]), start=Start(position=(-1.0, 0.0)))
     geom = np.zeros(1, np.int32)
     for place, direction, hit, distance in (
         ((1.5, 0.3, 3.0), (0.0, 0.0, -1.0), "obstacle_1", 2.8),
@@ -319,7 +311,7 @@ def test_rays_over_uneven_ground_and_among_bodies_are_those_of_mujoco(has_field)
         except ConfigError:
             continue  # It would start inside something.
         state = env.state()
-        model, data = loaded(scene, robot=robot, start=start)
+        model, data = in_mujoco(scene, robot=robot, start=start)
         robots = [model.body(f"link_{i}").id for i in (1, 2, 3)]
         model.geom_group[:] = np.where(np.isin(model.geom_bodyid, robots), 5, 0)
         turn = np.arctan2(-state.link_axis[0, 1], -state.link_axis[0, 0]) + np.linspace(-0.5, 0.5, 9) * np.pi
@@ -406,7 +398,7 @@ def test_each_axis_has_its_gains_and_its_torque_as_in_mujoco():
         sample=0.2,
         integrator=Integrator(step=5e-4),
     )
-    model, data = loaded(Scene(), robot=robot, start=start, step=1e-4)
+    model, data = in_mujoco(Scene(), robot=robot, start=start, step=1e-4)
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICIT
     data.ctrl[:] = 0.0
     advance(model, data, 0.2)
@@ -419,7 +411,7 @@ def test_each_link_has_its_skin():
     robot = Robot(links=4, inertia=1e3, roll_inertia=1e3, friction_factor=[2.5, 0.5, 0.5, 2.5])
     for share in (0.97, 1.05):
         scene = Scene(friction=(0.2, 0.2), slope=(np.arctan(1.5 * 0.2 * share), 0.0), rolling_friction=0.0)
-        model, data = loaded(scene, robot=robot, start=Start(heading=0.0, posture="straight"))
+        model, data = in_mujoco(scene, robot=robot, start=Start(heading=0.0, posture="straight"))
         advance(model, data, 0.5)
         before = links(model, data)
         advance(model, data, 1.0)

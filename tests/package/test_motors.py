@@ -5,6 +5,7 @@ from __future__ import annotations
 import gymnasium
 import numpy as np
 import pytest
+from conftest import in_mujoco
 
 import snake_env
 from snake_env import PD, ConfigError, Gait, Integrator, Motor, Robot, Scene, Start
@@ -216,10 +217,7 @@ def test_rotor_and_gear_move_as_in_mujoco():
     robot = Robot(links=4, gravity=1e-6, motor=motor, axes=["yaw", "pitch", "yaw"], self_contact=False)
     controller, scene = PD(kp=8.0, kd=0.05), Scene(friction=(0.0, 0.0))
     start = Start(posture="straight", position=(0.0, 0.0, 9.0))
-    document = scene.to_mjcf(robot=robot, controller=controller, start=start, step=1e-4)
-    model = mujoco.MjModel.from_xml_string(document)
-    data = mujoco.MjData(model)
-    mujoco.mj_resetDataKeyframe(model, data, 0)
+    model, data = in_mujoco(scene, robot=robot, controller=controller, start=start, step=1e-4)
     target = np.array([0.5, -0.4, 0.3])
     data.ctrl[:] = target
     angles = []
