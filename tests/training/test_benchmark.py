@@ -23,7 +23,7 @@ def test_cached_episodes_belong_to_task_fields_and_code(tmp_path, monkeypatch):
     fields = seeds.held_out(2)
     harder = tasks.BenchmarkTask("field", "SnakeField-v1", {"difficulty": 1.0, "max_episode_steps": 40}, "")
     for task, some in ((FIELD, fields), (FIELD, fields), (harder, fields), (FIELD, fields[:1])):
-        cached_scores.scores(tmp_path, task, entry, some, 1)
+        cached_scores.Bench(tmp_path, some, 1).episodes(task, entry)
     assert len(played) == 3
     code = cached_scores.sources()
     played_by = ("snake_env/vector_env.py", "snake_env/registration.py", "snake_env/config/robot.py")
@@ -31,7 +31,7 @@ def test_cached_episodes_belong_to_task_fields_and_code(tmp_path, monkeypatch):
     changed = tmp_path / "vector_env.py"
     changed.write_text("another")
     monkeypatch.setattr(cached_scores, "sources", lambda: [changed, *code])
-    cached_scores.scores(tmp_path, FIELD, entry, fields, 1)
+    cached_scores.Bench(tmp_path, fields, 1).episodes(FIELD, entry)
     assert len(played) == 4
 
 

@@ -80,25 +80,12 @@ class Bench:
         seeds.require_held_out(self.fields)
 
     def episodes(self, task: BenchmarkTask, entry: Entry) -> Episodes:
-        """Episodes of a policy in a task."""
-        return scores(self.out, task, entry, self.fields, self.num_threads)
-
-
-def scores(out: Path, task: BenchmarkTask, entry: Entry, fields: list[int], num_threads: int | None) -> Episodes:
-    """The first episode of each field, played unless the same policy, task, fields and code have been before.
-
-    Args:
-        out: Folder of the cache.
-        task: Environment.
-        entry: Policy.
-        fields: Seeds, one per episode.
-        num_threads: Threads of the simulator.
-    """
-    memory = Memory(out / "cache", verbose=0)
-    play = memory.cache(_play, ignore=["entry", "task", "num_threads"])
-    known_by = (task.env_id, task.options, entry.name, entry.source(task))
-    episodes: Episodes = play(entry, task, fields, num_threads, known_by, code())
-    return episodes
+        """The first episode of each field, played unless the same policy, task, fields and code have been before."""
+        memory = Memory(self.out / "cache", verbose=0)
+        play = memory.cache(_play, ignore=["entry", "task", "num_threads"])
+        known_by = (task.env_id, task.options, entry.name, entry.source(task))
+        episodes: Episodes = play(entry, task, self.fields, self.num_threads, known_by, code())
+        return episodes
 
 
 def _play(
