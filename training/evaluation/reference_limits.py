@@ -1,4 +1,4 @@
-"""What no policy can beat: the least cost of transport, and the speed of a wave that does not slip."""
+"""What no policy can beat: costs of transport by length of path, and the speed of a wave that does not slip."""
 
 from __future__ import annotations
 
@@ -27,18 +27,9 @@ def no_slip_speed(gait: GaitParameters) -> float:
     return float(np.mean(Robot().length)) * gait.omega / abs(gait.beta) * straightness(gait)
 
 
-def least_cost(mu: float) -> float:
-    """Least cost of transport of any steady planar motion on isotropic ground: mu.
-
-    Friction takes mu m g |v| of each link, the means of |v| over links and time are no less than the speed made, and
-    actuators are the only source of energy. Pegs without friction give and take none.
-    """
-    return mu
-
-
-def follow_the_leader_cost(mu: float, gait: GaitParameters | None = None) -> float:
-    """Cost of transport of a body that follows the curve of a wave without slip: mu times path length over progress."""
-    return mu / straightness(gait or GaitParameters())
+def follow_the_leader_cost(mu: float) -> float:
+    """Cost of transport of a body on the curve of the thesis's gait without slip: mu times path over progress."""
+    return mu / straightness(GaitParameters())
 
 
 def weaving(scene: Scene | None = None, half_width: float | None = None) -> float:
@@ -57,15 +48,6 @@ def weaving(scene: Scene | None = None, half_width: float | None = None) -> floa
     apart = np.hypot(along, across)
     theta = np.arcsin(2.0 * rho / apart) - np.arctan2(across, along)
     return float((np.sqrt(apart**2 - 4.0 * rho**2) + 2.0 * rho * theta).sum() / along.sum())
-
-
-def weaving_cost(mu: float) -> float:
-    """Least cost of transport on the course of Table 7.5 for a robot whose links weave through its pegs.
-
-    As :func:`least_cost`, but the CG of each link, at least half a body's width from every peg, travels farther than
-    the robot makes.
-    """
-    return mu * weaving()
 
 
 FASTEST_WAVE = GaitParameters(amplitude=15 * DEGREE, omega=200 * DEGREE, beta=-25 * DEGREE)

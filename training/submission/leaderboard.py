@@ -44,7 +44,7 @@ Success rates follow, means over runs with Student's interval. Brackets hold 95 
 the share of all progress made while nothing pushed, *chatter* the share of the power of the actions above 4 Hz, both
 means over runs and tasks; older entries lack them. Speeds and costs are in `entry.json`.
 
-Bounds: cost of transport {least:.3f} for any steady planar motion at mu = {mu}, and {weaving:.3f} for any that passes
+Bounds: cost of transport {mu:.3f} for any steady planar motion at mu = {mu}, and {weaving:.3f} for any that passes
 the pegs of the thesis's course on alternating sides. It is {leader:.3f} for a body that follows the curve of the
 thesis's gait without slip. Speed without slip: {thesis:.3f} m/s for that gait, {fastest:.3f} m/s for the fastest wave
 that actions can command.
@@ -85,11 +85,13 @@ def entries(folder: Path) -> dict[str, Submission]:
 
 def page(found: dict[str, Submission]) -> str:
     """The page as Markdown."""
+    # The least cost is mu: isotropic friction takes mu m g |v| of each link, the means of |v| over links and time are
+    # no less than the speed made, and only actuators supply energy. Pegs without friction give and take none. The CGs
+    # of links that weave, at least half a body's width from every peg, travel farther than the robot makes.
     parts = [
         HEAD.format(
             mu=MU,
-            least=reference_limits.least_cost(MU),
-            weaving=reference_limits.weaving_cost(MU),
+            weaving=MU * reference_limits.weaving(),
             leader=reference_limits.follow_the_leader_cost(MU),
             thesis=reference_limits.no_slip_speed(GaitParameters()),
             fastest=reference_limits.no_slip_speed(reference_limits.FASTEST_WAVE),
