@@ -34,9 +34,6 @@ pub fn residual_limit(tolerance: f64) -> f64 {
 /// \[m/s\]
 const LARGEST_RESIDUAL: f64 = 1e-4;
 
-/// Residual of the best solution from which on contacts may contradict each other, so that a stage may be relaxed \[m/s\].
-pub const CONTRADICTION: f64 = 1e-4;
-
 /// Whether the solver left a stage unsolved: its stopping rule was not met, or the certificate's residual \[m/s\] exceeds
 /// `limit` or is NaN. The caller hands such a stage to the fallback, if it has one.
 pub fn is_unsolved(converged: bool, residual: f64, limit: f64) -> bool {

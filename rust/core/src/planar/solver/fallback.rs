@@ -5,7 +5,7 @@
 use nalgebra::Vector2;
 
 use crate::planar::{Stage, StageSolution, certify};
-use crate::solver::{CONTRADICTION, SolveStatus, residual_limit};
+use crate::solver::{SolveStatus, residual_limit};
 
 use super::coulomb_fallback::CoulombFallback;
 use super::{InteriorPoint, Newton};
@@ -67,7 +67,7 @@ impl Fallback {
         self.keep_if_better(stage, solution);
         let mut offsets =
             stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
-        if self.residual > CONTRADICTION && offsets.any(|offset| offset < 0.0) {
+        if self.residual > ROUND_OFF && offsets.any(|offset| offset < 0.0) {
             stage.copy_lane(0, &mut self.relaxed);
             self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
             self.relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
@@ -161,6 +161,10 @@ impl Solvers {
         (if is_number { merit } else { f64::INFINITY }, residual)
     }
 }
+
+/// Residual of the best solution up to which only round-off keeps a stage from its tolerance. Where contacts contradict each
+/// other, ever larger forces leave little more \[m/s\].
+const ROUND_OFF: f64 = 1e-8;
 
 /// Tolerance of a polish, in tolerances, and its Newton steps.
 const POLISH: f64 = 0.01;

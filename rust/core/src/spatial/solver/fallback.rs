@@ -5,7 +5,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::solver::{CONTRADICTION, CoupledStage, SolveStatus};
+use crate::solver::{CoupledStage, SolveStatus};
 use crate::spatial::rest::{RestCandidate, bound, fastest};
 use crate::spatial::{Spatial, Stage, StageLink, StageSolution, Twist, certify};
 use crate::stepping::Model;
@@ -215,6 +215,9 @@ const ENOUGH: f64 = 0.1;
 /// Speed up to which rest is tried \[m/s\], and by which part of itself what is left of the forces must fall in a problem.
 const SLOW: f64 = 1e-2;
 const GAIN: f64 = 0.9;
+
+/// Residual from which on contacts may contradict each other \[m/s\].
+const CONTRADICTION: f64 = 1e-4;
 
 /// Newton steps of one attempt.
 const MAX_ITERATIONS: u32 = 1000;
