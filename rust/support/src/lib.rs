@@ -4,6 +4,7 @@ pub mod allocation;
 pub mod flat;
 pub mod friction_scenes;
 pub mod golden;
+pub mod lanes;
 pub mod pair;
 pub mod planar;
 pub mod planar_stage;

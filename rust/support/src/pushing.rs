@@ -7,10 +7,11 @@ use snake_core::obstacles::{Moved, Obstacle, Shape, Spring};
 use snake_core::robot::RobotConfig;
 use snake_core::scene::{START_FREE, SceneConfig};
 use snake_core::simulation::Simulation;
-use snake_core::stepping::{Fleet, ImplicitConfig, Model, Scripted, StateOf, StepStatistics};
+use snake_core::stepping::{ImplicitConfig, Model, Scripted, StepStatistics};
 
 use crate::allocation::REQUESTS;
 use crate::flat::{Flat, Still, lying};
+use crate::lanes::alone_as_among_others;
 use crate::planar::{Random, ground, links};
 
 pub const GRAVITY: f64 = 9.81;
@@ -212,22 +213,7 @@ pub fn require_alike_in_every_company<M: Model, R: Reference<M::Target>>(
     system: &M::System,
     robot: impl Fn(usize) -> Scripted<R, M>,
 ) {
-    let robots = || -> Vec<_> { (0..11).map(&robot).collect() };
-    let run = |robots: &mut [Scripted<R, M>], width: usize| -> Vec<StateOf<M>> {
-        let mut fleet = Fleet::new(ImplicitConfig::default(), system, width);
-        for _ in 0..60 {
-            fleet.advance(system, robots.iter_mut().map(Scripted::driven), 0.05);
-        }
-        robots.iter().map(|robot| robot.body.state.clone()).collect()
-    };
-    let alone: Vec<_> = (0..11).map(|k| run(std::slice::from_mut(&mut robots()[k]), 1).remove(0)).collect();
-    let at_first = robots();
-    let pushing =
-        at_first.iter().zip(&alone).filter(|(robot, state)| robot.body.state.movables != state.movables).count();
+    let alone = alone_as_among_others(system, ImplicitConfig::default(), &[2, 11], &[0.05; 60], 11, &robot);
+    let pushing = (0..11).filter(|&k| robot(k).body.state.movables != alone[k].0.state.movables).count();
     assert!(pushing > 3, "{pushing} robots push something");
-    for width in [2, 11] {
-        let together = run(&mut robots(), width);
-        let other: Vec<usize> = (0..11).filter(|&k| together[k] != alone[k]).collect();
-        assert!(other.is_empty(), "robots {other:?} of a fleet made for {width} robots");
-    }
 }

@@ -4,12 +4,13 @@ use nalgebra::{DVector, Vector2};
 use snake_core::contact::{PlacedLink, link_pair_contact};
 use snake_core::control::ControllerConfig;
 use snake_core::obstacles::ObstacleGrid;
-use snake_core::planar::{Fallback, Fleet, PlanarState, PlanarSystem, Pose, Scripted, StageSolution, Twist, certify};
+use snake_core::planar::{Fallback, PlanarSystem, Pose, Scripted, StageSolution, Twist, certify};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
 use snake_core::stepping::ImplicitConfig;
 use snake_test_support::allocation::REQUESTS;
+use snake_test_support::lanes::alone_as_among_others;
 use snake_test_support::planar::{Hold, LIMP, Random, build, ground, implicit, momentum, moving_chain};
 use snake_test_support::planar_stage::{self as dense, Kind, after_rough_impact, stacked};
 
@@ -152,19 +153,8 @@ fn a_robot_rubs_on_itself_the_same_alone_and_among_others() {
         Scripted::new(&system.robot, ObstacleGrid::new(&[]), start, &[0.0; 10], Hold(0.8 + 0.06 * k as f64))
     };
     let config = ImplicitConfig { step: Some(0.0125), ..ImplicitConfig::default() };
-    let run = |robots: &mut [Scripted<Hold>], width: usize| -> Vec<PlanarState> {
-        let mut fleet = Fleet::new(config, &system, width);
-        for _ in 0..25 {
-            fleet.advance(&system, robots.iter_mut().map(Scripted::driven), 0.05);
-        }
-        robots.iter().map(|robot| robot.body.state.clone()).collect()
-    };
-    let alone: Vec<PlanarState> = (0..9).map(|k| run(&mut [coiling(k)], 1).remove(0)).collect();
-    for width in [2, 9] {
-        let mut robots: Vec<_> = (0..9).map(coiling).collect();
-        assert_eq!(run(&mut robots, width), alone, "fleet made for {width} robots");
-        assert!(robots.iter().any(|robot| robot.body.statistics.unconverged == 0));
-    }
+    let alone = alone_as_among_others(&system, config, &[2, 9], &[0.05; 25], 9, coiling);
+    assert!(alone.iter().any(|(body, _)| body.statistics.unconverged == 0));
 }
 
 #[test]

@@ -9,10 +9,9 @@ use snake_core::laws::Stribeck;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::simulation::SpatialSimulation;
-use snake_core::spatial::{
-    Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, joint_angle, orientation_of, twist_of,
-};
+use snake_core::spatial::{Pose, SpatialScripted, SpatialState, SpatialSystem, joint_angle, orientation_of, twist_of};
 use snake_core::stepping::PlantParameters;
+use snake_test_support::lanes::alone_as_among_others;
 use snake_test_support::planar::{each_joint, ground, table_7_5, uneven_joints};
 use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
@@ -196,35 +195,20 @@ fn discrepancies_of_neighbours_do_not_matter() {
         ..uneven_joints(10)
     };
     let system = SpatialSystem::new(Robot::new(&config).unwrap(), &scene, limited()).unwrap();
-    let robots = || -> Vec<_> {
-        (0..9)
-            .map(|k| {
-                let x = f64::from(k);
-                let head = Pose { position: Vector3::zeros(), orientation: orientation_of(PI, 0.0, 0.0) };
-                let pegs = snake_core::obstacles::ObstacleGrid::new(&[]);
-                let mut robot =
-                    SpatialScripted::new(&system.robot, pegs, head, &[Vector2::new(0.1, 0.0); 10], sidewinding());
-                robot.body.parameters = PlantParameters {
-                    mass: 1.0 + 0.1 * x,
-                    friction: Vector2::new(1.0 - 0.05 * x, 1.0 + 0.2 * x),
-                    torque_limit: 1.0 - 0.05 * x,
-                    backlash: 0.01 * f64::from(k % 3),
-                    stribeck: 0.1 * f64::from(k % 4),
-                };
-                robot
-            })
-            .collect()
+    let robot = |k: usize| {
+        let x = k as f64;
+        let head = Pose { position: Vector3::zeros(), orientation: orientation_of(PI, 0.0, 0.0) };
+        let pegs = snake_core::obstacles::ObstacleGrid::new(&[]);
+        let mut robot = SpatialScripted::new(&system.robot, pegs, head, &[Vector2::new(0.1, 0.0); 10], sidewinding());
+        robot.body.parameters = PlantParameters {
+            mass: 1.0 + 0.1 * x,
+            friction: Vector2::new(1.0 - 0.05 * x, 1.0 + 0.2 * x),
+            torque_limit: 1.0 - 0.05 * x,
+            backlash: 0.01 * (k % 3) as f64,
+            stribeck: 0.1 * (k % 4) as f64,
+        };
+        robot
     };
-    let mut together = robots();
-    SpatialFleet::new(implicit(0.01, 2), &system, 9).advance(
-        &system,
-        together.iter_mut().map(SpatialScripted::driven),
-        0.4,
-    );
-    for (k, mut alone) in robots().into_iter().enumerate() {
-        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 1);
-        fleet.advance(&system, [alone.driven()], 0.4);
-        assert!(!alone.body.statistics.diverged && alone.body.statistics.unconverged == 0);
-        assert_eq!(together[k].body.state, alone.body.state, "robot {k}");
-    }
+    let alone = alone_as_among_others(&system, implicit(0.01, 2), &[9], &[0.4], 9, robot);
+    assert!(alone.iter().all(|(body, _)| !body.statistics.diverged && body.statistics.unconverged == 0));
 }

@@ -4,19 +4,18 @@ use std::f64::consts::PI;
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::control::ControllerConfig;
-use snake_core::gait::{CardanGait, CardanTarget, Gait, Reference, Wave};
 use snake_core::obstacles::{Obstacle, ObstacleGrid, Shape};
 use snake_core::planar::Twist;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
 use snake_core::slope::Slope;
-use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialSystem, orientation_of, twist_of};
+use snake_core::spatial::{Pose, SpatialSystem, orientation_of, twist_of};
 use snake_core::stepping::ImplicitConfig;
-use snake_test_support::allocation::REQUESTS;
 use snake_test_support::flat::Still;
+use snake_test_support::lanes::{alone_as_among_others, steps_ask_for_no_memory};
 use snake_test_support::planar::{LIMP, ground, table_7_5};
-use snake_test_support::spatial::{implicit, undulation};
+use snake_test_support::spatial::{implicit, in_gait, undulation};
 
 const RADIUS: f64 = 0.0525;
 
@@ -144,39 +143,14 @@ fn rough_pegs_are_solved_alike_alone_and_in_lanes() {
     let flat = Scene::new(&ground([0.2, 0.2])).unwrap();
     let robot = Robot::new(&RobotConfig::default()).unwrap();
     let system = SpatialSystem::new(robot, &flat, ControllerConfig::default()).unwrap();
-    let gait = undulation();
-    let posture: Vec<_> =
-        (0..10).map(|j| Vector2::new(Reference::<CardanTarget>::target(&gait, j, 0.0).yaw.angle, 0.0)).collect();
-    let robots = || -> Vec<SpatialScripted<CardanGait>> {
-        (0..9)
-            .map(|k| {
-                let obstacles: Vec<_> = table_7_5()
-                    .obstacles
-                    .into_iter()
-                    .map(|peg| Obstacle { friction: 0.05 * f64::from(k % 5), ..peg })
-                    .collect();
-                let head = Pose {
-                    position: Vector3::new(1.0247, 0.1416, 0.0),
-                    orientation: orientation_of(223.617_f64.to_radians(), 0.0, 0.0),
-                };
-                let gait = CardanGait { yaw: undulation().yaw, pitch: Gait::Wave(Wave::still()) };
-                SpatialScripted::new(&system.robot, ObstacleGrid::of(&obstacles), head, &posture, gait)
-            })
-            .collect()
+    let robot = |k: usize| {
+        let friction = 0.05 * (k % 5) as f64;
+        let obstacles: Vec<_> = table_7_5().obstacles.into_iter().map(|peg| Obstacle { friction, ..peg }).collect();
+        let start = [1.0247, 0.1416, 223.617_f64.to_radians()];
+        in_gait(&system.robot, ObstacleGrid::of(&obstacles), start, undulation())
     };
-    let mut together = robots();
-    let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 9);
-    fleet.advance(&system, together.iter_mut().map(SpatialScripted::driven), 0.1);
-    let before = REQUESTS.get();
-    fleet.advance(&system, together.iter_mut().map(SpatialScripted::driven), 0.4);
-    assert_eq!(REQUESTS.get() - before, 0);
-    for (k, mut alone) in robots().into_iter().enumerate() {
-        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 1);
-        for duration in [0.1, 0.4] {
-            fleet.advance(&system, [alone.driven()], duration);
-            let statistics = &alone.body.statistics;
-            assert!(!statistics.diverged && statistics.unconverged == 0, "robot {k}: {statistics:?}");
-        }
-        assert_eq!(together[k].body.state, alone.body.state, "robot {k}");
+    steps_ask_for_no_memory(&system, implicit(0.01, 2), [0.1, 0.4], (0..9).map(robot).collect());
+    for (_, intervals) in alone_as_among_others(&system, implicit(0.01, 2), &[9], &[0.1, 0.4], 9, robot) {
+        assert!(intervals.iter().all(|one| !one.diverged && one.unconverged == 0), "{intervals:?}");
     }
 }

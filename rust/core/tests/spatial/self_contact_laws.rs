@@ -10,8 +10,9 @@ use snake_core::planar;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Scene, SceneConfig};
 use snake_core::simulation::SpatialSimulation;
-use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of, twist_of};
+use snake_core::spatial::{Pose, SpatialScripted, SpatialState, SpatialSystem, orientation_of, twist_of};
 use snake_test_support::allocation::REQUESTS;
+use snake_test_support::lanes::alone_as_among_others;
 use snake_test_support::planar::{Hold, LIMP, build, ground, implicit as planar_implicit, moving_chain};
 use snake_test_support::spatial::{DEGREE, implicit, undulation};
 
@@ -317,27 +318,13 @@ fn posture_of(gait: &impl Reference<CardanTarget>) -> Vec<Vector2<f64>> {
 fn the_width_of_the_registers_does_not_matter_where_robots_touch_themselves() {
     let scene = Scene::new(&ground([0.2, 0.3])).expect("admissible");
     let system = SpatialSystem::new(Robot::new(&solid(11)).expect("admissible"), &scene, weak()).expect("admissible");
-    let coiling = || -> Vec<SpatialScripted<Bend>> {
-        let bend = |k: usize| Bend { yaw: 0.3 + 0.1 * k as f64, pitch: 0.02 * (k % 3) as f64 };
-        let robot = |k| {
-            SpatialScripted::new(&system.robot, ObstacleGrid::new(&[]), flat(0.0), &[Vector2::zeros(); 10], bend(k))
-        };
-        (0..9).map(robot).collect()
+    let coiling = |k: usize| {
+        let bend = Bend { yaw: 0.3 + 0.1 * k as f64, pitch: 0.02 * (k % 3) as f64 };
+        SpatialScripted::new(&system.robot, ObstacleGrid::new(&[]), flat(0.0), &[Vector2::zeros(); 10], bend)
     };
-    let run = |robots: &mut [SpatialScripted<Bend>], width: usize| -> Vec<SpatialState> {
-        let mut fleet = SpatialFleet::new(implicit(0.02, 2), &system, width);
-        for _ in 0..10 {
-            fleet.advance(&system, robots.iter_mut().map(SpatialScripted::driven), 0.1);
-        }
-        robots.iter().map(|robot| robot.body.state.clone()).collect()
-    };
-    let mut one_by_one = coiling();
-    let alone: Vec<SpatialState> = (0..9).map(|k| run(&mut one_by_one[k..=k], 1).remove(0)).collect();
-    let pressed = one_by_one.iter().filter(|robot| robot.body.warm_start.contacts.pressed_pairs(usize::MAX) > 0);
+    let alone = alone_as_among_others(&system, implicit(0.02, 2), &[2, 9], &[0.1; 10], 9, coiling);
+    let pressed = alone.iter().filter(|(body, _)| body.warm_start.contacts.pressed_pairs(usize::MAX) > 0);
     assert!((2..9).contains(&pressed.count()), "some robots touch themselves, some do not");
-    for width in [2, 9] {
-        assert_eq!(run(&mut coiling(), width), alone, "in a fleet made for {width}");
-    }
 }
 
 #[test]

@@ -9,9 +9,9 @@ use snake_core::obstacles::{Obstacle, ObstacleGrid, Shape};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{Peg, Scene, SceneConfig};
 use snake_core::simulation::SpatialSimulation;
-use snake_core::spatial::{Pose, SpatialFleet, SpatialScripted, SpatialState, SpatialSystem, orientation_of, twist_of};
+use snake_core::spatial::{Pose, SpatialScripted, SpatialState, SpatialSystem, orientation_of, twist_of};
 use snake_core::stepping::ImplicitConfig;
-use snake_test_support::allocation::REQUESTS;
+use snake_test_support::lanes::{alone_as_among_others, steps_ask_for_no_memory};
 use snake_test_support::planar::{LIMP, ground, table_7_5};
 use snake_test_support::spatial::{implicit, sidewinding, undulation};
 
@@ -220,30 +220,15 @@ fn lanes_and_memory_on_steps_are_as_on_the_ground() {
     let scene = Scene::new(&ground([0.2, 0.2])).unwrap();
     let robot = Robot::new(&RobotConfig::default()).unwrap();
     let system = SpatialSystem::new(robot, &scene, ControllerConfig::default()).unwrap();
-    let robots = || -> Vec<_> {
-        (0..9)
-            .map(|k| {
-                let height = 0.02 * f64::from(k);
-                let steps = [box_of([0.6, 2.0], 0.5, 0.0, 0.1 + height), peg_of(0.1, -0.2, 0.0, 0.05 + height)];
-                let pegs = ObstacleGrid::of(&steps[..k as usize % 3]);
-                let posture = [Vector2::new(0.1, 0.0); 10];
-                SpatialScripted::new(&system.robot, pegs, head(0.7, 0.0, 0.0, PI), &posture, sidewinding())
-            })
-            .collect()
+    let robot = |k: usize| {
+        let height = 0.02 * k as f64;
+        let steps = [box_of([0.6, 2.0], 0.5, 0.0, 0.1 + height), peg_of(0.1, -0.2, 0.0, 0.05 + height)];
+        let pegs = ObstacleGrid::of(&steps[..k % 3]);
+        let posture = [Vector2::new(0.1, 0.0); 10];
+        SpatialScripted::new(&system.robot, pegs, head(0.7, 0.0, 0.0, PI), &posture, sidewinding())
     };
-    let mut together = robots();
-    let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 9);
-    fleet.advance(&system, together.iter_mut().map(SpatialScripted::driven), 0.1);
-    let before = REQUESTS.get();
-    fleet.advance(&system, together.iter_mut().map(SpatialScripted::driven), 0.3);
-    assert_eq!(REQUESTS.get() - before, 0);
-    for (k, mut alone) in robots().into_iter().enumerate() {
-        let mut fleet = SpatialFleet::new(implicit(0.01, 2), &system, 1);
-        for duration in [0.1, 0.3] {
-            fleet.advance(&system, [alone.driven()], duration);
-        }
-        assert_eq!(together[k].body.state, alone.body.state, "robot {k}");
-    }
+    steps_ask_for_no_memory(&system, implicit(0.01, 2), [0.1, 0.3], (0..9).map(robot).collect());
+    alone_as_among_others(&system, implicit(0.01, 2), &[9], &[0.1, 0.3], 9, robot);
 }
 
 /// Chains that spin about a level axis, thrown at the upper edge of a block high above the ground in steps so long that no
