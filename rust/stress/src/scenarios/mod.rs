@@ -11,7 +11,9 @@ pub mod spatial;
 pub mod walls;
 
 use snake_core::environment::{ActionMode, ModelKind, PlanarRobot, RobotModel, SpatialRobot};
+use snake_core::gait::Reference;
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
+use snake_core::stepping::Model;
 
 use crate::case::Case;
 use crate::draw::Draw;
@@ -22,8 +24,7 @@ use crate::spatial_case::SpatialCase;
 use crate::stages;
 
 use environments::Kind;
-use neighbours::{PlanarTestFleet, TestFleet};
-use spatial::neighbours::SpatialTestFleet;
+use neighbours::{TestFleet, poisoned};
 use spatial::{fall, gaits, rest};
 
 /// Something to run and measure.
@@ -121,7 +122,7 @@ pub fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
         Scenario {
             name: "NaN in one robot of 19",
             bounds: default,
-            jobs: poison::<PlanarTestFleet>(effort.of(8, 100, 1000)),
+            jobs: poison(neighbours::in_the_plane, effort.of(8, 100, 1000)),
         },
         Scenario {
             name: "random scenes",
@@ -196,7 +197,7 @@ pub fn in_space(effort: Effort, seed: u64) -> Vec<Scenario> {
             bounds: Bounds { drift: CREEP * standing as f64, ..default },
             jobs: stand_spatial(rest::straightened(), standing / 10),
         },
-        Scenario { name, bounds: default, jobs: poison::<SpatialTestFleet>(effort.of(8, 40, 400)) },
+        Scenario { name, bounds: default, jobs: poison(spatial::neighbours::in_space, effort.of(8, 40, 400)) },
         Scenario {
             name: "3D: random environment steps, steps of 10 and 25 ms",
             bounds: default,
@@ -267,10 +268,10 @@ fn stand_spatial(cases: Vec<SpatialCase>, steps: u64) -> Vec<Job> {
     cases.into_iter().map(job).collect()
 }
 
-fn poison<F: TestFleet>(periods: u64) -> Vec<Job> {
+fn poison<M: Model, R: Reference<M::Target> + 'static>(fleet: fn(f64) -> TestFleet<M, R>, periods: u64) -> Vec<Job> {
     let kinds = [1e-2, 5e-2].into_iter().flat_map(|step| [f64::NAN, f64::INFINITY, 1e300].map(|poison| (step, poison)));
     let job = |(step, poison): (f64, f64)| {
-        Job::new(format!("{poison:e}, h {step} s"), move || neighbours::poisoned::<F>(step, poison, periods))
+        Job::new(format!("{poison:e}, h {step} s"), move || poisoned([fleet(step), fleet(step)], poison, periods))
     };
     kinds.map(job).collect()
 }
