@@ -9,6 +9,7 @@ use snake_core::stepping::{ImplicitConfig, Model};
 
 use crate::clock::percentile;
 use crate::environments::{Actions, Robots};
+use crate::reference::Sampled;
 use crate::report::{emit, progress};
 use crate::scenes::Scenario;
 

@@ -21,7 +21,7 @@ use crate::fleet::{ROBOTS, Window};
 use crate::report::{emit, progress};
 use crate::scenes::{Scenario, aiko};
 use crate::spatial::{self, SpatialScenario};
-use crate::timed_fleet::{TimedFleet, TimedSpatialFleet};
+use crate::timed_fleet::TimedFleet;
 
 /// One feature on against off.
 #[derive(Serialize)]
@@ -189,7 +189,7 @@ fn in_space(rounds: usize) -> Result<(), ConfigError> {
     ];
     for (feature, off, on, idle, without, with) in rows {
         progress(&format!("skip: {feature}, {on}"));
-        let (mut without, mut with) = (TimedSpatialFleet::new(&without)?, TimedSpatialFleet::new(&with)?);
+        let (mut without, mut with) = (TimedFleet::new(&without)?, TimedFleet::new(&with)?);
         let pairs = pairs(rounds, || without.us_per_step(), || with.us_per_step());
         emit("skip", &Comparison::of(feature, off, on, idle, "step", &pairs));
     }
@@ -339,7 +339,7 @@ impl<'a> Comparison<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fleet::at_start;
+    use crate::reference::Sampled;
     use snake_core::planar::Fleet;
     use snake_core::stepping::ImplicitConfig;
 
@@ -351,7 +351,7 @@ mod tests {
         let elliptic = aiko("free", "", &[], NEARLY_EQUAL, START_FREE);
         let [alone, far, nearly] = [free, among_far_pegs, elliptic].map(|scenario| {
             let system = scenario.system().unwrap();
-            let mut robot = at_start(&scenario, &system);
+            let mut robot = scenario.at_start(&system);
             Fleet::new(ImplicitConfig::default(), &system, 1).advance(&system, [robot.driven()], 5.0);
             robot.body.state.clone()
         });

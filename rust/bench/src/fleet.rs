@@ -1,13 +1,10 @@
 //! A fleet whose robots are at different phases of their motion.
 
-use snake_core::ConfigError;
-use snake_core::gait::Wave;
-use snake_core::obstacles::ObstacleGrid;
-use snake_core::planar::{Fleet, PlanarSystem, Scripted};
-use snake_core::stepping::{ImplicitConfig, StepStatistics};
+use snake_core::gait::Reference;
+use snake_core::stepping::{Fleet, ImplicitConfig, Model, Scripted, StepStatistics};
 
 use crate::clock::{Spent, spent};
-use crate::scenes::Scenario;
+use crate::reference::{RobotOf, Sampled, SystemOf};
 
 /// Simulated time over which a fleet is timed \[s\]: with [`STAGGER`] its robots cover five seconds.
 pub const WINDOW: f64 = 0.6;
@@ -16,27 +13,15 @@ pub const WINDOW: f64 = 0.6;
 pub const ROBOTS: usize = 64;
 const STAGGER: f64 = 0.07;
 
-/// A robot that follows the gait (T 7.3).
-pub type Undulator = Scripted<Wave>;
-
-/// The robot of a scenario at its start.
-pub fn at_start(scenario: &Scenario, system: &PlanarSystem) -> Undulator {
-    let pegs = ObstacleGrid::of(&scenario.scene.obstacles);
-    Scripted::new(&system.robot, pegs, scenario.start, &scenario.joint_angle, Wave::default())
-}
-
 /// `count` robots of one scenario, robot k by k * 0.07 s ahead.
-///
-/// # Errors
-/// The scenario is not admissible.
-pub fn staggered(scenario: &Scenario, system: &PlanarSystem, count: usize) -> Result<Vec<Undulator>, ConfigError> {
-    let mut robots = vec![at_start(scenario, system); count];
+pub fn staggered<S: Sampled>(scenario: &S, system: &SystemOf<S>, count: usize) -> Vec<RobotOf<S>> {
+    let mut robots = vec![scenario.at_start(system); count];
     let mut fleet = Fleet::new(ImplicitConfig::default(), system, count);
     for k in 1..count {
         // Robot k takes part in the first k of all moves.
         fleet.advance(system, robots[k..].iter_mut().map(Scripted::driven), STAGGER);
     }
-    Ok(robots)
+    robots
 }
 
 /// One window of a fleet: its time on this thread, and the work of all robots together.
@@ -51,7 +36,11 @@ pub struct Window {
 }
 
 /// Lets a fleet that starts from `robots` move for one window.
-pub fn time_window(system: &PlanarSystem, fleet: &mut Fleet, robots: &[Undulator]) -> Window {
+pub fn time_window<M: Model, R: Reference<M::Target> + Clone>(
+    system: &M::System,
+    fleet: &mut Fleet<M>,
+    robots: &[Scripted<R, M>],
+) -> Window {
     let mut moving = robots.to_vec();
     let ((), spent) = spent(|| fleet.advance(system, moving.iter_mut().map(Scripted::driven), WINDOW));
     let sum =
@@ -73,7 +62,7 @@ mod tests {
     fn robots_are_staggered_over_the_five_seconds_that_are_judged() {
         let scenario = &scenes::all()[0];
         let system = scenario.system().unwrap();
-        let robots = staggered(scenario, &system, ROBOTS).unwrap();
+        let robots = staggered(scenario, &system, ROBOTS);
         for (k, robot) in robots.iter().enumerate() {
             assert!((robot.body.state.time - STAGGER * k as f64).abs() < 1e-9);
         }

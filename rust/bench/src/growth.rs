@@ -14,7 +14,8 @@ use snake_core::stepping::{ImplicitConfig, widest_lanes};
 
 use crate::clock::{Spent, median, spent, spent_by_all};
 use crate::environments::{Actions, Robots, of_id, pool, spatial_env};
-use crate::fleet::{ROBOTS, Undulator, Window, staggered, time_window};
+use crate::fleet::{ROBOTS, Window, staggered, time_window};
+use crate::reference::{RobotOf, Sampled};
 use crate::report::{emit, progress};
 use crate::scenes::{self, Scenario};
 
@@ -64,7 +65,7 @@ struct TimedFleet {
     scenario: Scenario,
     system: PlanarSystem,
     fleet: Fleet,
-    robots: Vec<Undulator>,
+    robots: Vec<RobotOf<Scenario>>,
     windows: Vec<Window>,
 }
 
@@ -72,7 +73,7 @@ impl TimedFleet {
     fn new(scenario: Scenario) -> Result<Self, ConfigError> {
         progress(&format!("growth: {} links, {} pegs", scenario.robot.links, scenario.scene.obstacles.len()));
         let system = scenario.system()?;
-        let robots = staggered(&scenario, &system, ROBOTS)?;
+        let robots = staggered(&scenario, &system, ROBOTS);
         let fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
         Ok(Self { scenario, system, fleet, robots, windows: Vec::new() })
     }
@@ -345,7 +346,6 @@ impl<M: RobotModel> TimedBatch<M> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fleet::at_start;
     use snake_core::stepping::ImplicitConfig;
 
     #[test]
@@ -358,7 +358,7 @@ mod tests {
             many.scene.obstacles = pegs.into_iter().map(Into::into).collect();
             let ends = [&few, &many].map(|scenario| {
                 let system = scenario.system().unwrap();
-                let mut robot = at_start(scenario, &system);
+                let mut robot = scenario.at_start(&system);
                 Fleet::new(ImplicitConfig::default(), &system, 1).advance(&system, [robot.driven()], 10.0);
                 robot.body.state.pose.clone()
             });

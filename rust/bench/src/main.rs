@@ -69,7 +69,7 @@ impl Options {
                 "growth" => growth::measure(self.quick),
                 "width" => growth::measure_width(self.quick),
                 "skip" => feature_cost::measure(self.quick),
-                "spatial" => spatial::measure(self.quick, self.cache.as_deref()),
+                "spatial" => precision::measure(&spatial::all(), self.quick, self.cache.as_deref()),
                 "cenic" => cenic::measure(self.quick),
                 "certificate" => certificate::measure(&self.scenes, self.quick),
                 _ => return Err(format!("{part}: no such part")),

@@ -14,6 +14,8 @@ pub struct Choice {
 /// Steps of the implicit schemes \[s\]; all divide 0.6 s and the time between samples.
 const STEPS: [f64; 8] = [0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025, 0.001];
 const QUICK_STEPS: [f64; 4] = [0.05, 0.02, 0.01, 0.0025];
+const STEPS_IN_SPACE: [f64; 11] = [0.2, 0.1, 1.0 / 15.0, 0.05, 0.025, 0.02, 0.0125, 0.01, 0.005, 0.0025, 0.001];
+const QUICK_STEPS_IN_SPACE: [f64; 2] = [0.05, 0.01];
 
 /// Steps of the thesis's scheme \[s\]: its own (T Table 7.2) and smaller.
 const THESIS_STEPS: [f64; 3] = [2.5e-4, 1.25e-4, 6.25e-5];
@@ -38,6 +40,20 @@ pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
         }
     }
     choices
+}
+
+/// All choices that are compared in 3D.
+pub fn choices_in_space(quick: bool) -> Vec<Choice> {
+    let steps = if quick { &QUICK_STEPS_IN_SPACE[..] } else { &STEPS_IN_SPACE[..] };
+    let tolerances: &[f64] = if quick { &[1e-6] } else { &[1e-6, 1e-5, 1e-4, 1e-3] };
+    let of_tolerance = |&tolerance: &f64| {
+        let name = match tolerance {
+            1e-6 => "implicit order 2".to_owned(),
+            _ => format!("implicit order 2, tolerance {tolerance:e}"),
+        };
+        curve(&name, steps, ImplicitConfig { tolerance: Some(tolerance), ..ImplicitConfig::default() })
+    };
+    tolerances.iter().flat_map(of_tolerance).collect()
 }
 
 /// `steps` and the default one.

@@ -4,8 +4,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use snake_core::ConfigError;
-use snake_core::stepping::ImplicitConfig;
+use snake_core::gait;
+use snake_core::simulation::{SchemeConfig, SimulatedModel, Simulation};
+use snake_core::stepping::{ImplicitConfig, Model, Scripted, StateOf};
 
+use crate::methods::Choice;
+use crate::precision::Limits;
 use crate::report::progress;
 
 /// CGs of all links at one instant \[m\].
@@ -35,24 +39,67 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
-/// What a reference is computed for.
+/// What a reference is computed for: a robot at rest, ready for its gait.
 pub trait Sampled: Serialize {
+    type Model: SimulatedModel;
+    type Gait: gait::Reference<<Self::Model as Model>::Target> + Clone;
+
+    /// What records call the model, if they name it.
+    const MODEL: Option<&'static str>;
     /// Steps of the two runs \[s\].
     const STEPS: [f64; 2];
     /// Time between two samples \[s\]; every step that is measured divides it.
     const SAMPLE: f64;
+    /// At length, and quickly.
+    const LIMITS: [Limits; 2];
 
-    fn name(&self) -> &str;
+    fn name(&self) -> &'static str;
+    fn title(&self) -> &'static str;
+    /// Simulated time over which errors are measured \[s\].
+    fn duration(&self) -> f64;
+    fn gait(&self) -> Self::Gait;
+
+    /// All ways to integrate that are compared.
+    fn choices(&self, quick: bool) -> Vec<Choice>;
 
     /// The configuration of a reference run at a step.
     fn fine(step: f64) -> ImplicitConfig;
+
+    /// # Errors
+    /// The robot, the scene or the controller is not admissible.
+    fn system(&self) -> Result<SystemOf<Self>, ConfigError>;
+
+    /// The robot at its start.
+    fn at_start(&self, system: &SystemOf<Self>) -> RobotOf<Self>;
+
+    /// # Errors
+    /// The scenario or the method is not admissible.
+    fn simulation<C: SchemeConfig<Self::Model>>(
+        &self,
+        integrator: &C,
+    ) -> Result<Simulation<Self::Model, C::Scheme>, ConfigError>;
+
+    /// Link CGs \[m\].
+    fn positions(state: &StateOf<Self::Model>) -> Positions;
 
     /// Link CGs at all samples of a run.
     ///
     /// # Errors
     /// The scenario or the method is not admissible.
-    fn samples(&self, integrator: &ImplicitConfig) -> Result<Vec<Positions>, ConfigError>;
+    fn samples(&self, integrator: &ImplicitConfig) -> Result<Vec<Positions>, ConfigError> {
+        let (mut simulation, gait) = (self.simulation(integrator)?, self.gait());
+        let sample = |_| {
+            simulation.advance(Self::SAMPLE, &gait);
+            Self::positions(simulation.state())
+        };
+        Ok((0..(self.duration() / Self::SAMPLE).round() as usize).map(sample).collect())
+    }
 }
+
+pub type SystemOf<S> = <<S as Sampled>::Model as Model>::System;
+
+/// A robot that follows the gait of a scenario.
+pub type RobotOf<S> = Scripted<<S as Sampled>::Gait, <S as Sampled>::Model>;
 
 /// The converged run of a scenario.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -5,12 +5,15 @@ use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::environment::{EnvConfig, Environment, FieldKind, Task};
 use snake_core::gait::{Reference, Wave};
-use snake_core::planar::{Planar, PlanarState, PlanarSystem};
+use snake_core::obstacles::ObstacleGrid;
+use snake_core::planar::{Planar, PlanarState, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::{SchemeConfig, Simulation};
 use snake_core::stepping::{ImplicitConfig, Precision};
 
+use crate::methods::{Choice, choices};
+use crate::precision::Limits;
 use crate::reference::{Positions, Sampled};
 
 /// Simulated time over which errors are measured \[s\], by default.
@@ -44,36 +47,41 @@ pub fn all() -> Vec<Scenario> {
 }
 
 impl Scenario {
-    /// # Errors
-    /// The method is not admissible.
-    pub fn simulation<C: SchemeConfig<Planar>>(
-        &self,
-        integrator: &C,
-    ) -> Result<Simulation<Planar, C::Scheme>, ConfigError> {
-        let mut simulation = Simulation::new(&self.robot, &self.scene, &self.controller, integrator)?;
-        let [x, y, heading] = self.start;
-        simulation.place_chain(x, y, heading, &self.joint_angle);
-        Ok(simulation)
-    }
-
-    /// # Errors
-    /// The robot or controller is not admissible.
-    pub fn system(&self) -> Result<PlanarSystem, ConfigError> {
-        let system = PlanarSystem::new(Robot::new(&self.robot)?, self.scene.friction, self.controller)?;
-        Ok(system.on_slope(self.scene.slope))
-    }
-
     pub fn has_pegs(&self) -> bool {
         !self.scene.obstacles.is_empty()
     }
 }
 
 impl Sampled for Scenario {
+    type Model = Planar;
+    type Gait = Wave;
+
+    const MODEL: Option<&'static str> = None;
     const STEPS: [f64; 2] = [1e-4, 5e-5];
     const SAMPLE: f64 = 0.1;
+    const LIMITS: [Limits; 2] = [
+        Limits { run: 10.0, repetition: 0.4, runs: 6, rounds: 5 },
+        Limits { run: 2.0, repetition: 0.1, runs: 4, rounds: 3 },
+    ];
 
-    fn name(&self) -> &str {
+    fn name(&self) -> &'static str {
         self.name
+    }
+
+    fn title(&self) -> &'static str {
+        self.title
+    }
+
+    fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    fn gait(&self) -> Wave {
+        Wave::default()
+    }
+
+    fn choices(&self, quick: bool) -> Vec<Choice> {
+        choices(quick, self.has_pegs())
     }
 
     fn fine(step: f64) -> ImplicitConfig {
@@ -86,20 +94,29 @@ impl Sampled for Scenario {
         }
     }
 
-    fn samples(&self, integrator: &ImplicitConfig) -> Result<Vec<Positions>, ConfigError> {
-        let mut simulation = self.simulation(integrator)?;
-        let count = (self.duration / Self::SAMPLE).round() as usize;
-        let sample = |_| {
-            simulation.advance(Self::SAMPLE, &Wave::default());
-            positions(simulation.state())
-        };
-        Ok((0..count).map(sample).collect())
+    fn system(&self) -> Result<PlanarSystem, ConfigError> {
+        let system = PlanarSystem::new(Robot::new(&self.robot)?, self.scene.friction, self.controller)?;
+        Ok(system.on_slope(self.scene.slope))
     }
-}
 
-/// Link CGs \[m\].
-pub fn positions(state: &PlanarState) -> Positions {
-    state.pose.iter().map(|pose| vec![pose.x, pose.y]).collect()
+    fn at_start(&self, system: &PlanarSystem) -> Scripted<Wave> {
+        let pegs = ObstacleGrid::of(&self.scene.obstacles);
+        Scripted::new(&system.robot, pegs, self.start, &self.joint_angle, self.gait())
+    }
+
+    fn simulation<C: SchemeConfig<Planar>>(
+        &self,
+        integrator: &C,
+    ) -> Result<Simulation<Planar, C::Scheme>, ConfigError> {
+        let mut simulation = Simulation::new(&self.robot, &self.scene, &self.controller, integrator)?;
+        let [x, y, heading] = self.start;
+        simulation.place_chain(x, y, heading, &self.joint_angle);
+        Ok(simulation)
+    }
+
+    fn positions(state: &PlanarState) -> Positions {
+        state.pose.iter().map(|pose| vec![pose.x, pose.y]).collect()
+    }
 }
 
 /// Aiko with the thesis's gains, in the posture of the gait at t = 0.

@@ -2,45 +2,28 @@
 
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
-use snake_core::gait::Wave;
+use snake_core::gait::{Reference, Wave};
 use snake_core::obstacles::ObstacleGrid;
-use snake_core::planar::{Fleet, PlanarSystem};
+use snake_core::planar::{self, Planar};
 use snake_core::scene::START_FREE;
-use snake_core::spatial::{SpatialFleet, SpatialSystem};
-use snake_core::stepping::ImplicitConfig;
+use snake_core::stepping::{Fleet, ImplicitConfig, Model, Scripted};
 
-use crate::fleet::{ROBOTS, Undulator, WINDOW, Window, staggered, time_window};
-use crate::scenes::{Scenario, aiko};
-use crate::spatial::{self, SpatialScenario};
+use crate::fleet::{ROBOTS, WINDOW, Window, staggered, time_window};
+use crate::reference::Sampled;
+use crate::scenes::aiko;
 
 /// Robots of one scene.
-pub struct TimedFleet {
-    system: PlanarSystem,
-    fleet: Fleet,
-    robots: Vec<Undulator>,
+pub struct TimedFleet<M: Model, R> {
+    system: M::System,
+    fleet: Fleet<M>,
+    robots: Vec<Scripted<R, M>>,
 }
 
-impl TimedFleet {
-    pub fn new(scenario: &Scenario) -> Result<Self, ConfigError> {
+impl<M: Model, R: Reference<M::Target> + Clone> TimedFleet<M, R> {
+    pub fn new<S: Sampled<Model = M, Gait = R>>(scenario: &S) -> Result<Self, ConfigError> {
         let system = scenario.system()?;
-        let robots = staggered(scenario, &system, ROBOTS)?;
+        let robots = staggered(scenario, &system, ROBOTS);
         let fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
-        Ok(Self { system, fleet, robots })
-    }
-
-    /// Robots that rock about a posture with all joints at `bend`, at different phases.
-    pub fn coiled(bend: f64) -> Result<Self, ConfigError> {
-        let mut scenario = aiko("coil", "", &[], [0.2, 0.2], START_FREE);
-        scenario.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
-        let system = scenario.system()?;
-        let robot = |k: usize| {
-            let wave = Wave { amplitude: 0.05, omega: 3.0, beta: 0.0, gamma: bend, phase: 0.1 * k as f64 };
-            let straight = vec![0.0; system.robot.joint_count()];
-            Undulator::new(&system.robot, ObstacleGrid::of(&[]), scenario.start, &straight, wave)
-        };
-        let mut robots: Vec<_> = (0..ROBOTS).map(robot).collect();
-        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
-        fleet.advance(&system, robots.iter_mut().map(Undulator::driven), SETTLED);
         Ok(Self { system, fleet, robots })
     }
 
@@ -52,40 +35,36 @@ impl TimedFleet {
         let window = self.window();
         1e6 * window.spent.cpu / window.steps
     }
+}
+
+impl TimedFleet<Planar, Wave> {
+    /// Robots that rock about a posture with all joints at `bend`, at different phases.
+    pub fn coiled(bend: f64) -> Result<Self, ConfigError> {
+        let mut scenario = aiko("coil", "", &[], [0.2, 0.2], START_FREE);
+        scenario.controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
+        let system = scenario.system()?;
+        let robot = |k: usize| {
+            let wave = Wave { amplitude: 0.05, omega: 3.0, beta: 0.0, gamma: bend, phase: 0.1 * k as f64 };
+            let straight = vec![0.0; system.robot.joint_count()];
+            planar::Scripted::new(&system.robot, ObstacleGrid::of(&[]), scenario.start, &straight, wave)
+        };
+        let mut robots: Vec<_> = (0..ROBOTS).map(robot).collect();
+        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, ROBOTS);
+        fleet.advance(&system, robots.iter_mut().map(Scripted::driven), SETTLED);
+        Ok(Self { system, fleet, robots })
+    }
 
     /// Mean number of pairs of links that press on each other in a window.
     pub fn pressed_pairs(&mut self) -> f64 {
         let mut moving = self.robots.clone();
         let mut count = 0;
         for _ in 0..SAMPLES {
-            self.fleet.advance(&self.system, moving.iter_mut().map(Undulator::driven), WINDOW / SAMPLES as f64);
+            self.fleet.advance(&self.system, moving.iter_mut().map(Scripted::driven), WINDOW / SAMPLES as f64);
             for robot in &moving {
                 count += robot.body.warm_start.self_contacts.pressed_pairs(robot.body.state.pose.len());
             }
         }
         count as f64 / (SAMPLES * ROBOTS) as f64
-    }
-}
-
-/// Robots of the 3D model in one scene.
-pub struct TimedSpatialFleet {
-    system: SpatialSystem,
-    fleet: SpatialFleet,
-    robots: Vec<spatial::Robot>,
-}
-
-impl TimedSpatialFleet {
-    pub fn new(scenario: &SpatialScenario) -> Result<Self, ConfigError> {
-        let system = scenario.system()?;
-        let robots = spatial::staggered(scenario, &system)?;
-        let fleet = SpatialFleet::new(ImplicitConfig::default(), &system, ROBOTS);
-        Ok(Self { system, fleet, robots })
-    }
-
-    pub fn us_per_step(&mut self) -> f64 {
-        let spent = spatial::time_window(&self.system, &mut self.fleet, &self.robots);
-        let steps = (WINDOW / self.fleet.accuracy().step).round();
-        1e6 * spent.cpu / (steps * ROBOTS as f64)
     }
 }
 

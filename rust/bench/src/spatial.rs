@@ -7,12 +7,15 @@ use serde::Serialize;
 use snake_core::ConfigError;
 use snake_core::control::ControllerConfig;
 use snake_core::gait::{CardanGait, Gait, Reference, SoftStart, Wave};
+use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::{Robot, RobotConfig};
 use snake_core::scene::{START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
-use snake_core::simulation::SpatialSimulation;
-use snake_core::spatial::{Pose, SpatialSystem, orientation_of};
+use snake_core::simulation::{SchemeConfig, Simulation};
+use snake_core::spatial::{Pose, Spatial, SpatialScripted, SpatialState, SpatialSystem, orientation_of};
 use snake_core::stepping::ImplicitConfig;
 
+use crate::methods::{Choice, choices_in_space};
+use crate::precision::Limits;
 use crate::reference::{Positions, Sampled};
 
 /// A robot of the 3D model, flat on the ground and at rest, ready for its gait.
@@ -39,36 +42,14 @@ pub fn all() -> Vec<SpatialScenario> {
 }
 
 impl SpatialScenario {
-    pub fn gait(&self) -> CardanGait {
-        let gait = |wave| {
-            if self.soft_start { Gait::SoftStart(SoftStart::new(wave, self.robot.links - 1)) } else { Gait::Wave(wave) }
-        };
-        CardanGait { yaw: gait(self.yaw), pitch: gait(self.pitch) }
-    }
-
-    /// # Errors
-    /// Configuration or method are not admissible.
-    pub fn simulation(&self, integrator: &ImplicitConfig) -> Result<SpatialSimulation, ConfigError> {
-        let mut simulation = SpatialSimulation::new(&self.robot, &self.scene, &self.controller, integrator)?;
-        simulation.place_chain(self.head(), &self.posture());
-        simulation.rest_on_ground();
-        Ok(simulation)
-    }
-
-    /// # Errors
-    /// The robot, the scene or the controller is not admissible.
-    pub fn system(&self) -> Result<SpatialSystem, ConfigError> {
-        SpatialSystem::new(Robot::new(&self.robot)?, &Scene::new(&self.scene)?, self.controller)
-    }
-
     /// Pose of link 1 at the start; its height is that of a robot on the ground.
-    pub fn head(&self) -> Pose {
+    fn head(&self) -> Pose {
         let [x, y, yaw] = self.start;
         Pose { position: Vector3::new(x, y, 0.0), orientation: orientation_of(yaw, 0.0, 0.0) }
     }
 
     /// (yaw, pitch) of the joints at the start \[rad\].
-    pub fn posture(&self) -> Vec<Vector2<f64>> {
+    fn posture(&self) -> Vec<Vector2<f64>> {
         let gait = self.gait();
         let targets = (0..self.robot.links - 1).map(|joint| gait.target(joint, 0.0));
         targets.map(|target| Vector2::new(target.yaw.angle, target.pitch.angle)).collect()
@@ -76,31 +57,66 @@ impl SpatialScenario {
 }
 
 impl Sampled for SpatialScenario {
+    type Model = Spatial;
+    type Gait = CardanGait;
+
+    const MODEL: Option<&'static str> = Some("spatial");
     const STEPS: [f64; 2] = [2.5e-4, 1.25e-4];
     const SAMPLE: f64 = 0.2;
+    const LIMITS: [Limits; 2] = [
+        Limits { run: f64::INFINITY, repetition: f64::INFINITY, runs: 5, rounds: 5 },
+        Limits { run: f64::INFINITY, repetition: f64::INFINITY, runs: 1, rounds: 1 },
+    ];
 
-    fn name(&self) -> &str {
+    fn name(&self) -> &'static str {
         self.name
+    }
+
+    fn title(&self) -> &'static str {
+        self.title
+    }
+
+    fn duration(&self) -> f64 {
+        self.duration
+    }
+
+    fn gait(&self) -> CardanGait {
+        let gait = |wave| {
+            if self.soft_start { Gait::SoftStart(SoftStart::new(wave, self.robot.links - 1)) } else { Gait::Wave(wave) }
+        };
+        CardanGait { yaw: gait(self.yaw), pitch: gait(self.pitch) }
+    }
+
+    fn choices(&self, quick: bool) -> Vec<Choice> {
+        choices_in_space(quick)
     }
 
     fn fine(step: f64) -> ImplicitConfig {
         ImplicitConfig { step: Some(step), tolerance: Some(1e-9), ..ImplicitConfig::default() }
     }
 
-    fn samples(&self, integrator: &ImplicitConfig) -> Result<Vec<Positions>, ConfigError> {
-        let (mut simulation, gait) = (self.simulation(integrator)?, self.gait());
-        let count = (self.duration / Self::SAMPLE).round() as usize;
-        let sample = |_| {
-            simulation.advance(Self::SAMPLE, &gait);
-            positions(&simulation)
-        };
-        Ok((0..count).map(sample).collect())
+    fn system(&self) -> Result<SpatialSystem, ConfigError> {
+        SpatialSystem::new(Robot::new(&self.robot)?, &Scene::new(&self.scene)?, self.controller)
     }
-}
 
-/// Link CGs \[m\].
-pub fn positions(simulation: &SpatialSimulation) -> Positions {
-    simulation.state().pose.iter().map(|pose| pose.position.as_slice().to_vec()).collect()
+    fn at_start(&self, system: &SpatialSystem) -> SpatialScripted<CardanGait> {
+        let pegs = ObstacleGrid::of(&self.scene.obstacles);
+        SpatialScripted::new(&system.robot, pegs, self.head(), &self.posture(), self.gait())
+    }
+
+    fn simulation<C: SchemeConfig<Spatial>>(
+        &self,
+        integrator: &C,
+    ) -> Result<Simulation<Spatial, C::Scheme>, ConfigError> {
+        let mut simulation = Simulation::new(&self.robot, &self.scene, &self.controller, integrator)?;
+        simulation.place_chain(self.head(), &self.posture());
+        simulation.rest_on_ground();
+        Ok(simulation)
+    }
+
+    fn positions(state: &SpatialState) -> Positions {
+        state.pose.iter().map(|pose| pose.position.as_slice().to_vec()).collect()
+    }
 }
 
 /// Lateral undulation (T 7.3) without lifting, among the pegs of Table 7.5.
