@@ -31,7 +31,7 @@ COMMANDS = {
     "sweep": ("training.search.sweep:sweep", "train many seeds of many configurations"),
     "pipeline": ("training.pipeline:run", "search a gait, train, evaluate, draw: what `make train` runs"),
 }
-"""By name: the function of ``Options`` of its module, or ``main``, which parses by itself, and the description."""
+"""By name: module and function of the module's ``Options``, or ``main``, which takes arguments; and the description."""
 
 Options = TypeVar("Options")
 

@@ -15,7 +15,7 @@ use crate::point::{Point, Work, speed};
 use crate::reference::{Distance, Positions, Reference, RobotOf, Sampled, SystemOf};
 use crate::report::{emit, progress};
 
-/// Reference and time limits of a scene's measurements.
+/// What a scene's measurements are compared with.
 #[derive(Serialize)]
 struct SceneRecord<'a, S> {
     scene: &'a str,

@@ -10,8 +10,8 @@
 //!   that is not finite, or the step's budget is spent.
 //!
 //! A step has a **budget** of [`STEP_BUDGET`] times `max_iterations` linear solves, in which a solve of the fallback with k
-//! contacts between links counts as `1 + k^2 / 50`, as much as it costs, and those of a fallback that fails count [`IN_VAIN`]
-//! times. Contacts that contradict each other send every stage of every part to the fallback, and shorter parts do not help.
+//! contacts between links counts as `1 + k^2 / 50`, as much as it costs, and those of a fallback that does not solve its stage,
+//! or relaxes it, count [`IN_VAIN`] times. Contacts that contradict each other send every stage of every part to the fallback, and shorter parts do not help.
 //! Once the budget is spent, parts are not divided for a penetration and stages do not go to the fallback: the rest of the
 //! step costs what Newton's method takes. What it leaves open counts in `unconverged`, and what sinks beyond recovery sets
 //! `penetrated`. The fallback is not begun either if it would spend more than what is left: where links are predicted to fly
