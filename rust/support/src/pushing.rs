@@ -74,7 +74,7 @@ pub fn a_row_wakes_in_turn<M: Flat>() {
         push_off(&mut simulation, &[Vector3::new(1.0, creeping, 0.0), creep, creep, creep, creep]);
         let step = |_| {
             solved(simulation.advance(5e-3, &Still));
-            assert!(M::min_gap(&simulation) > -1e-4);
+            assert!(simulation.min_gap() > -1e-4);
             simulation.state().movables.clone()
         };
         (0..300).map(step).collect()
@@ -126,17 +126,17 @@ pub fn what_sleeps_changes_nothing<M: Flat>(near: &[Obstacle], far: &[Obstacle])
 pub fn work_is_energy_and_dissipation<M: Flat>(obstacles: &[Obstacle], step: f64, periods: u32) -> Vec<Vector3<f64>> {
     let gait = M::undulation();
     let mut simulation = among::<M>(obstacles.to_vec(), &gait, step);
-    let (first, start, mut work) = (M::energy(&simulation), simulation.state().movables.clone(), 0.0);
+    let (first, start, mut work) = (simulation.energy(), simulation.state().movables.clone(), 0.0);
     for _ in 0..periods {
         let report = simulation.advance(1e-2, &gait);
         solved(report);
         work += report.friction_work + report.actuator_work;
-        assert!(M::min_gap(&simulation) > -1e-3, "{}", M::min_gap(&simulation));
+        assert!(simulation.min_gap() > -1e-3, "{}", simulation.min_gap());
         let on_links: Vector3<f64> = simulation.contact_impulse().iter().sum();
         let of_obstacles: Vector3<f64> = simulation.obstacle_impulse().iter().sum();
         assert!((on_links - of_obstacles).norm() < 1e-12);
     }
-    let lost = work - (M::energy(&simulation) - first);
+    let lost = work - (simulation.energy() - first);
     println!("steps of {step} s: impacts and round-off take {lost} J");
     assert!((-1e-3..0.01).contains(&lost), "{lost}");
     let ways: Vec<_> =
@@ -180,7 +180,7 @@ pub fn random_motion<M: Flat>(
     let scene = SceneConfig { obstacles, ..ground([0.05, 0.5]) };
     let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
     let mut simulation = lying::<M>(&links(7), &scene, &pd, &ImplicitConfig::default(), ([-0.4, 0.6, 0.0], &[0.0; 6]));
-    let (start, count) = ((-M::min_gap(&simulation)).max(0.0), simulation.movables().count());
+    let (start, count) = ((-simulation.min_gap()).max(0.0), simulation.movables().count());
     let (mut deepest, mut worst, mut present) = (0.0_f64, 0.0_f64, M::undulation());
     let (mut flagged, mut pushing, mut unsolved) = (0, 0, 0);
     for period in 0..periods {
@@ -195,7 +195,7 @@ pub fn random_motion<M: Flat>(
         worst = worst.max(if report.unconverged == 0 { report.residual } else { 0.0 });
         flagged += u32::from(report.penetrated);
         if period > 20 && !report.penetrated {
-            deepest = deepest.max(-M::min_gap(&simulation));
+            deepest = deepest.max(-simulation.min_gap());
         }
     }
     println!(

@@ -10,12 +10,13 @@
 //!   that is not finite, or the step's budget is spent.
 //!
 //! A step has a **budget** of [`STEP_BUDGET`] times `max_iterations` linear solves, in which a solve of the fallback with k
-//! contacts between links counts as `1 + k^2 / 50`, as much as it costs, and those of a fallback that does not solve its stage,
-//! or relaxes it, count [`IN_VAIN`] times. Contacts that contradict each other send every stage of every part to the fallback, and shorter parts do not help.
-//! Once the budget is spent, parts are not divided for a penetration and stages do not go to the fallback: the rest of the
-//! step costs what Newton's method takes. What it leaves open counts in `unconverged`, and what sinks beyond recovery sets
-//! `penetrated`. The fallback is not begun either if it would spend more than what is left: where links are predicted to fly
-//! through each other, each of a thousand solves would take in hundreds of contacts.
+//! contacts between links counts as `1 + k^2 / 50`, as much as it costs, and those of a fallback that does not solve its
+//! stage, or relaxes it, count [`IN_VAIN`] times. Contacts that contradict each other send every stage of every part to the
+//! fallback, and shorter parts do not help. Once the budget is spent, parts are not divided for a penetration and stages do
+//! not go to the fallback: the rest of the step costs what Newton's method takes. What it leaves open counts in
+//! `unconverged`, and what sinks beyond recovery sets `penetrated`. The fallback is not begun either if it would spend more
+//! than what is left: where links are predicted to fly through each other, each of a thousand solves would take in hundreds
+//! of contacts.
 //!
 //! The factor relates two norms: solvers bound velocities in the norm of the kinetic energy of all links, certificates
 //! check every law and every link separately, relative to its own mass and inertia. In the plane solutions meet their
@@ -31,12 +32,13 @@ use super::model::Model;
 use super::stage::SolvedStage;
 
 /// Linear solves of one step in `max_iterations`, 100,000 by default. Steps of ordinary scenes take tens, a coil that is
-/// pressed together without a torque limit, solved to 1e-10 m/s, takes 6,000, and a robot that is jammed between rough
-/// walls in steps of 1 ms up to 50,000: once such a step is out of solves, the next ones start from what it left.
+/// pressed together without a torque limit, solved to 1e-10 m/s, takes 6,000. A jam between rough walls in steps
+/// of 1 ms takes more than 20,000 (`test_a_jam_between_rough_walls_is_solved_in_short_steps`); where such a step is out of
+/// solves, the next ones start from what it left.
 const STEP_BUDGET: u32 = 500;
 
-/// How often the solves of a fallback count that does not solve its stage: in a jam nearly all do, and where contacts
-/// contradict each other none.
+/// How often the solves of a fallback count that does not solve its stage, as none does where contacts contradict each
+/// other.
 const IN_VAIN: u32 = 5;
 
 /// What is left of the budget of a step that has cost `spent` linear solves: while there is any, the step may be divided,

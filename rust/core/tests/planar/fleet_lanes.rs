@@ -94,8 +94,6 @@ fn a_robot_that_diverges_leaves_its_neighbours_untouched() {
         ImplicitConfig::default(),
         &[0.05; 20],
         robot,
-        |twist| {
-            twist.x = f64::NAN;
-        },
+        |twist| twist.x = f64::NAN,
     );
 }
