@@ -66,6 +66,30 @@ fn the_interior_point_method_finds_the_same_velocities() {
     assert!(worst < 1e-6, "{worst:e} m/s");
 }
 
+/// It leaves out links that are far apart until they would fly through each other.
+#[test]
+fn the_interior_point_method_takes_in_contacts_that_close_from_far() {
+    let mut random = Random::new(25);
+    let mut closed = [0, 0];
+    for case in 0..40 {
+        let kind = Kind { friction: true, links: 3 + case % 9, ..FREE };
+        let mut stage = dense::random_stage(kind, &mut random);
+        dense::fold(&mut stage, 5, &mut random);
+        stage.links.iter_mut().for_each(|link| link.reference *= 1000.0);
+        stage.pairs.iter_mut().for_each(|pair| pair.offset += random.between(0.2, 2.0));
+        let (solution, _) = solve(&stage, 1e-11);
+        let mut from_inside = solution.clone();
+        from_inside.twist.fill(Twist::zeros());
+        InteriorPoint::new(stage.links.len()).solve(&stage, &mut from_inside, 1e-10);
+        assert!(distance(&solution.twist, &from_inside.twist) < 1e-5, "case {case}");
+        for (pair, _) in stage.pairs.iter().zip(&solution.pair).filter(|(_, impulse)| **impulse > 0.0) {
+            closed[usize::from(pair.offset > 1.0)] += 1;
+        }
+    }
+    println!("contacts that close from nearby and from far: {closed:?}");
+    assert!(closed.iter().all(|count| *count > 5));
+}
+
 /// A solution whose contact impulse is wrong by little fails, whichever law it then breaks.
 #[test]
 fn the_certificate_finds_a_wrong_impulse_between_links() {

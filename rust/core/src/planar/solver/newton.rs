@@ -12,7 +12,7 @@ use nalgebra::Vector2;
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::laws::{Halves, Skin, Whole};
-use crate::math::{Mask, Real, add_scaled, select_into};
+use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageSolution};
 use crate::solver::{self, Anderson, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, SurfaceTerm, Tuning};
 
@@ -353,7 +353,20 @@ impl Newton {
         tolerance: f64,
         max_iterations: u32,
     ) -> Outcome {
-        self.solve(stage, solution, tolerance, max_iterations, true)
+        f64::run(SolveOne(self, stage, solution, (tolerance, max_iterations)))
+    }
+}
+
+/// [`Newton::solve_one`].
+struct SolveOne<'a>(&'a mut Newton, &'a Stage, &'a mut StageSolution, (f64, u32));
+
+impl Kernel for SolveOne<'_> {
+    type Output = Outcome;
+
+    #[inline(always)]
+    fn run(self) -> Outcome {
+        let Self(newton, stage, solution, (tolerance, max_iterations)) = self;
+        newton.solve(stage, solution, tolerance, max_iterations, true)
     }
 }
 

@@ -380,7 +380,20 @@ impl Newton {
         tolerance: f64,
         max_iterations: u32,
     ) -> Outcome {
-        self.solve(stage, solution, tolerance, max_iterations, true)
+        f64::run(SolveOne(self, stage, solution, (tolerance, max_iterations)))
+    }
+}
+
+/// [`Newton::solve_one`].
+struct SolveOne<'a>(&'a mut Newton, &'a Stage, &'a mut StageSolution, (f64, u32));
+
+impl Kernel for SolveOne<'_> {
+    type Output = Outcome;
+
+    #[inline(always)]
+    fn run(self) -> Outcome {
+        let Self(newton, stage, solution, (tolerance, max_iterations)) = self;
+        newton.solve(stage, solution, tolerance, max_iterations, true)
     }
 }
 

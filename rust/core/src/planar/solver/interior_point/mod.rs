@@ -24,12 +24,14 @@ use self::contact::Contact;
 use self::limit_surface::{Ground, SurfaceCone};
 use self::pair::Pair;
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
+use crate::math::{Kernel, Real};
 use crate::planar::solver::link_term::in_frame;
 use crate::planar::solver::low_rank::{Coupling, LowRank, coupling_of, respond};
 use crate::planar::solver::sweep::{Quadratic, Segment};
 use crate::planar::{Stage, StageJoint, StageSolution};
 use crate::rows::Row;
 use crate::solver::EliminatedChain;
+use crate::stepping::NEARBY;
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy)]
@@ -45,7 +47,9 @@ pub struct InteriorPoint {
     friction: Vec<SurfaceCone>,
     grounds: Vec<Ground>,
     contact: Vec<Contact>,
-    /// Contacts of the robot with itself, and their rows in the linear system.
+    /// Contacts of the robot with itself that are taken in, by their places in the stage, and their rows in the linear
+    /// system.
+    near: Vec<usize>,
     self_contact: Vec<Contact>,
     couplings: Vec<Coupling<f64>>,
     low_rank: LowRank<f64>,
@@ -68,6 +72,7 @@ impl InteriorPoint {
             friction: vec![SurfaceCone::new(); links],
             grounds: Vec::with_capacity(links),
             contact: Vec::with_capacity(PAIRS_PER_LINK * links),
+            near: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             self_contact: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             couplings: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
             low_rank: LowRank::new(links),
@@ -83,8 +88,28 @@ impl InteriorPoint {
     }
 
     /// Solves `stage` from the twists in `solution` until the duality gap is that of velocities within
-    /// `tolerance` \[m/s\], or no longer falls.
+    /// `tolerance` \[m/s\], or no longer falls. Contacts between links that are far apart are taken in where the solution
+    /// without them would close them: each costs a substitution of the chain and corrections by all others.
     pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> Descent {
+        self.near.clear();
+        self.near.extend((0..stage.pairs.len()).filter(|k| stage.pairs[*k].offset < NEARBY));
+        let mut solves = 0;
+        loop {
+            let descent = self.descend(stage, solution, tolerance);
+            solves += descent.solves;
+            let taken = self.near.len();
+            for (k, pair) in stage.pairs.iter().enumerate() {
+                if pair.opening(&solution.twist) < -tolerance && !self.near[..taken].contains(&k) {
+                    self.near.push(k);
+                }
+            }
+            if self.near.len() == taken {
+                return Descent { solves, ..descent };
+            }
+        }
+    }
+
+    fn descend(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> Descent {
         let energy = stage.energy();
         self.begin(stage, solution, energy);
         let mut descent = Descent { solves: 0, violation: f64::INFINITY };
@@ -150,9 +175,11 @@ impl InteriorPoint {
         self.contact.clear();
         self.contact.extend(stage.contacts.iter().map(|contact| Contact::new(stage.links[contact.link].mass)));
         self.self_contact.clear();
-        self.self_contact.extend(stage.pairs.iter().map(|pair| Contact::new(stage.links[pair.links[0]].mass)));
         self.couplings.clear();
-        self.couplings.extend(stage.pairs.iter().map(|pair| coupling_of(pair, stage)));
+        for pair in self.near.iter().map(|k| &stage.pairs[*k]) {
+            self.self_contact.push(Contact::new(stage.links[pair.links[0]].mass));
+            self.couplings.push(coupling_of(pair, stage));
+        }
     }
 
     /// A point inside the cones at the twists of `solution`, with products of about `mu`.
@@ -167,7 +194,8 @@ impl InteriorPoint {
         for (soft, contact) in self.contact.iter_mut().zip(&stage.contacts) {
             soft.begin(contact.opening(twist), stage.links[contact.link].mass, mu);
         }
-        for (soft, pair) in self.self_contact.iter_mut().zip(&stage.pairs) {
+        for (soft, k) in self.self_contact.iter_mut().zip(&self.near) {
+            let pair = &stage.pairs[*k];
             soft.begin(pair.opening(twist), stage.links[pair.links[0]].mass, mu);
         }
     }
@@ -177,18 +205,18 @@ impl InteriorPoint {
     fn iterate(&mut self, stage: &Stage, solution: &mut StageSolution, mu: f64) -> f64 {
         self.friction.iter_mut().for_each(SurfaceCone::aim_affine);
         self.pairs(Pair::aim_affine);
-        self.find_direction(stage, &solution.twist);
+        f64::run(FindDirection { method: self, stage, twist: &solution.twist });
         let affine = self.longest_step().min(1.0);
         let left = self.gap_after(affine) / self.cones(stage) / mu;
         let centering = left.clamp(0.0, 1.0).powi(3).max(1e-6);
         self.friction.iter_mut().for_each(|cone| cone.aim_central(centering * mu));
         self.pairs(|pair| pair.aim_central(centering * mu));
-        self.find_direction(stage, &solution.twist);
+        f64::run(FindDirection { method: self, stage, twist: &solution.twist });
         let mut step = self.longest_step();
         if step < SHORT {
             self.friction.iter_mut().for_each(|cone| cone.aim_centre(mu));
             self.pairs(|pair| pair.aim_centre(mu));
-            self.find_direction(stage, &solution.twist);
+            f64::run(FindDirection { method: self, stage, twist: &solution.twist });
             step = self.longest_step();
         }
         if !self.direction.iter().all(|du| du.iter().all(|x| x.is_finite())) {
@@ -200,6 +228,7 @@ impl InteriorPoint {
     }
 
     /// Solves the linear system for the present right-hand sides and lets all pairs follow.
+    #[inline(always)]
     fn find_direction(&mut self, stage: &Stage, twist: &[Vector3<f64>]) {
         for (i, link) in stage.links.iter().enumerate() {
             let change = twist[i] - link.reference;
@@ -231,8 +260,8 @@ impl InteriorPoint {
             let direction = in_frame(&stage.links[contact.link].heading, &contact.direction);
             self.models[contact.link].add_rank_one(&direction, stiffness, -impulse);
         }
-        for ((pair, soft), coupling) in stage.pairs.iter().zip(&self.self_contact).zip(&mut self.couplings) {
-            let (impulse, stiffness) = soft.linearised(pair.opening(twist));
+        for ((k, soft), coupling) in self.near.iter().zip(&self.self_contact).zip(&mut self.couplings) {
+            let (impulse, stiffness) = soft.linearised(stage.pairs[*k].opening(twist));
             coupling.stiffness = stiffness;
             for (link, w) in coupling.links.into_iter().zip(&coupling.direction) {
                 self.models[link].subtract_force(&(w * impulse));
@@ -256,6 +285,7 @@ impl InteriorPoint {
         }
     }
 
+    #[inline(always)]
     fn solve_linear_system(&mut self, stage: &Stage) {
         let mut behind = Quadratic::zero();
         let (chain, free) = self.segments.split_at_mut(stage.chain());
@@ -295,7 +325,8 @@ impl InteriorPoint {
         for (contact, soft) in stage.contacts.iter().zip(&mut self.contact) {
             soft.follow(contact.opening(twist), contact.rate(direction));
         }
-        for (pair, soft) in stage.pairs.iter().zip(&mut self.self_contact) {
+        for (k, soft) in self.near.iter().zip(&mut self.self_contact) {
+            let pair = &stage.pairs[*k];
             soft.follow(pair.opening(twist), pair.rate(direction));
         }
     }
@@ -339,7 +370,7 @@ impl InteriorPoint {
 
     fn cones(&self, stage: &Stage) -> f64 {
         let cones = self.grounds.iter().filter(|ground| ground.has_friction()).count();
-        (cones + stage.contacts.len() + stage.pairs.len() + 2 * self.actuators.len()).max(1) as f64
+        (cones + stage.contacts.len() + self.near.len() + 2 * self.actuators.len()).max(1) as f64
     }
 
     fn gap(&self) -> f64 {
@@ -388,9 +419,26 @@ impl InteriorPoint {
         for (impulse, (soft, contact)) in solution.contact.iter_mut().zip(self.contact.iter().zip(&stage.contacts)) {
             *impulse = soft.impulse(stage.links[contact.link].mass);
         }
-        for (impulse, (soft, pair)) in solution.pair.iter_mut().zip(self.self_contact.iter().zip(&stage.pairs)) {
-            *impulse = soft.impulse(stage.links[pair.links[0]].mass);
+        solution.pair.fill(0.0);
+        for (soft, k) in self.self_contact.iter().zip(&self.near) {
+            solution.pair[*k] = soft.impulse(stage.links[stage.pairs[*k].links[0]].mass);
         }
+    }
+}
+
+/// [`InteriorPoint::find_direction`].
+struct FindDirection<'a> {
+    method: &'a mut InteriorPoint,
+    stage: &'a Stage,
+    twist: &'a [Vector3<f64>],
+}
+
+impl Kernel for FindDirection<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.method.find_direction(self.stage, self.twist);
     }
 }
 
@@ -403,18 +451,22 @@ struct Chain<'a> {
 }
 
 impl EliminatedChain<f64, Vector3<f64>, Vector3<f64>> for Chain<'_> {
+    #[inline(always)]
     fn len(&self) -> usize {
         self.segments.len()
     }
 
+    #[inline(always)]
     fn step(&self, link: usize) -> Vector3<f64> {
         self.steps[link]
     }
 
+    #[inline(always)]
     fn set_step(&mut self, link: usize, step: Vector3<f64>) {
         self.steps[link] = step;
     }
 
+    #[inline(always)]
     fn respond(&mut self, links: [usize; 2], column: &[Vector3<f64>; 2], response: &mut Vec<Vector3<f64>>) {
         respond((links, column), |link| &self.segments[link], self.head, self.movables, self.constant, response);
     }
