@@ -127,7 +127,6 @@ pub fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
         Scenario {
             name: "random scenes",
             bounds: Bounds { unconverged: u64::MAX, ..inside },
-            // A second of the most violent of them takes minutes.
             jobs: scenes(effort.of(50, 1000, 20_000), effort.seconds(0.1, 1.0, 1.0)),
         },
         Scenario {
