@@ -149,6 +149,18 @@ impl Stage {
         self.spins.truncate(if has_spins { nodes } else { 0 });
     }
 
+    /// Largest speed at which a contact is to open \[m/s\].
+    pub(super) fn demanded_speed(&self) -> f64 {
+        let offsets =
+            self.contacts.iter().map(|contact| contact.offset).chain(self.pairs.iter().map(|pair| pair.offset));
+        offsets.fold(0.0, |fastest, offset| f64::max(fastest, -offset))
+    }
+
+    /// Of all links \[kg\].
+    pub(super) fn mass(&self) -> f64 {
+        self.links.iter().map(|link| link.mass).sum()
+    }
+
     /// Mass of the lightest link \[kg\].
     pub(super) fn lightest_mass(&self) -> f64 {
         self.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min)

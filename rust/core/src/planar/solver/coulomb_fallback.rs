@@ -7,31 +7,48 @@ use crate::solver::{CoupledStage, residual_limit};
 
 use super::coulomb_newton::CoulombNewton;
 use super::coulomb_path::CoulombPath;
+use super::fallback::ConvexFallback;
 
 /// Workspace of the fallback, for one robot.
 pub(super) struct CoulombFallback {
     newton: CoulombNewton,
     path: CoulombPath,
     trial: StageSolution,
+    /// The stage without friction at contacts, and its solution.
+    smooth: Stage,
+    smooth_solution: StageSolution,
 }
 
 impl CoulombFallback {
     pub fn new(links: usize) -> Self {
         let unknowns = (4 + 2 * PAIRS_PER_LINK + 2 * LINK_CONTACTS_PER_LINK) * links + 2;
-        Self { newton: CoulombNewton::new(links), path: CoulombPath::new(unknowns), trial: StageSolution::new(links) }
+        Self {
+            newton: CoulombNewton::new(links),
+            path: CoulombPath::new(unknowns),
+            trial: StageSolution::new(links),
+            smooth: Stage::with_capacity(links),
+            smooth_solution: StageSolution::new(links),
+        }
     }
 
     /// Tries one method after the other and keeps the best solution in `solution`. Returns linear solves and whether the
     /// certificate accepts it.
-    pub fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+    pub fn close(
+        &mut self,
+        convex: &mut ConvexFallback,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        tolerance: f64,
+    ) -> (u32, bool) {
         let (limit, mut solves) = (residual_limit(tolerance), 0);
         let mut best = residual(stage, solution);
-        for attempt in 0..2 + PATHS {
+        for attempt in 0..3 + PATHS {
             solution.copy_lane(stage, 0, &mut self.trial);
             solves += match attempt {
                 0 => self.near_the_lanes(stage, tolerance),
                 1 => self.in_free_motion(stage, tolerance),
-                _ => self.along_a_path(stage, tolerance, attempt - 2),
+                2 => self.without_friction(convex, stage, tolerance),
+                _ => self.along_a_path(stage, tolerance, attempt - 3),
             };
             let reached = residual(stage, &self.trial);
             if reached < best {
@@ -45,6 +62,22 @@ impl CoulombFallback {
         (solves, best <= limit)
     }
 
+    /// The same from free motion, at first by the method of the lanes.
+    pub fn start_again(
+        &mut self,
+        convex: &mut ConvexFallback,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        tolerance: f64,
+    ) -> (u32, bool) {
+        solution.copy_lane(stage, 0, &mut self.trial);
+        self.start_from_free_motion(stage);
+        self.trial.copy_lane(stage, 0, solution);
+        let solves = convex.newton.solve_one(stage, solution, tolerance, LANES_SOLVES).iterations as u32;
+        let (more, closed) = self.close(convex, stage, solution, tolerance);
+        (solves + more, closed)
+    }
+
     fn near_the_lanes(&mut self, stage: &Stage, tolerance: f64) -> u32 {
         self.newton.solve(stage, &mut self.trial, tolerance).0
     }
@@ -54,8 +87,22 @@ impl CoulombFallback {
         self.near_the_lanes(stage, tolerance)
     }
 
-    fn along_a_path(&mut self, stage: &Stage, tolerance: f64, number: u32) -> u32 {
+    /// From the solution without friction at contacts, which is that of an optimisation problem.
+    fn without_friction(&mut self, convex: &mut ConvexFallback, stage: &Stage, tolerance: f64) -> u32 {
         self.start_from_free_motion(stage);
+        stage.copy_lane(0, &mut self.smooth);
+        self.smooth.obstacle_friction.clear();
+        self.smooth.pair_friction.clear();
+        self.trial.copy_lane(&self.smooth, 0, &mut self.smooth_solution);
+        let solves = convex.start_again(&self.smooth, &mut self.smooth_solution, tolerance).0;
+        self.smooth_solution.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
+        self.smooth_solution.pair_friction.resize(stage.pair_friction.len(), 0.0);
+        self.smooth_solution.copy_lane(stage, 0, &mut self.trial);
+        solves + self.near_the_lanes(stage, tolerance)
+    }
+
+    fn along_a_path(&mut self, stage: &Stage, tolerance: f64, number: u32) -> u32 {
+        self.smooth_solution.copy_lane(stage, 0, &mut self.trial);
         self.newton.follow(&mut self.path, number, stage, &mut self.trial, tolerance).0
     }
 
@@ -88,6 +135,9 @@ fn residual(stage: &Stage, solution: &StageSolution) -> f64 {
     let residual = certify(stage, solution).residual();
     if residual.is_nan() { f64::INFINITY } else { residual }
 }
+
+/// Iterations of the method of the lanes from free motion.
+const LANES_SOLVES: u32 = 100;
 
 /// Paths that are tried.
 const PATHS: u32 = 6;

@@ -12,7 +12,7 @@ use super::{InteriorPoint, Newton};
 
 /// Workspace of the fallback, for one robot.
 pub struct Fallback {
-    solvers: Solvers,
+    convex: ConvexFallback,
     coulomb: CoulombFallback,
     relaxed: Stage,
     /// The best solution found and its residual.
@@ -20,9 +20,9 @@ pub struct Fallback {
     residual: f64,
 }
 
-struct Solvers {
+pub(super) struct ConvexFallback {
     interior_point: InteriorPoint,
-    newton: Newton,
+    pub newton: Newton,
     /// The stage with the ellipses of the sides on which its forces lie.
     on_sides: Stage,
     polished: StageSolution,
@@ -32,7 +32,7 @@ struct Solvers {
 
 impl Fallback {
     pub fn new(links: usize) -> Self {
-        let solvers = Solvers {
+        let convex = ConvexFallback {
             interior_point: InteriorPoint::new(links),
             newton: Newton::new(links),
             on_sides: Stage::with_capacity(links),
@@ -40,7 +40,7 @@ impl Fallback {
             energy: 0.0,
         };
         Self {
-            solvers,
+            convex,
             coulomb: CoulombFallback::new(links),
             relaxed: Stage::with_capacity(links),
             best: StageSolution::new(links),
@@ -52,38 +52,39 @@ impl Fallback {
     /// hold the result of another solver or anything else, NaN included; where no method solves the stage, the best is kept of
     /// that and of all that is found. Also returns the number of linear solves.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
-        self.solvers.energy = stage.energy();
+        self.convex.energy = stage.energy();
         let is_convex = stage.is_convex();
         self.residual = f64::INFINITY;
         self.keep_if_better(stage, solution);
         let (mut solves, closed) = if is_convex {
-            self.solvers.close(stage, solution, tolerance)
+            self.convex.close(stage, solution, tolerance)
         } else {
-            self.coulomb.close(stage, solution, tolerance)
+            self.coulomb.close(&mut self.convex, stage, solution, tolerance)
         };
-        if closed {
+        let (demand, impulse) = (stage.demanded_speed(), greatest_impulse(solution));
+        self.keep_if_better(stage, solution);
+        if closed && (is_convex || demand == 0.0 || self.residual <= ROUND_OFF) {
             return (solves, SolveStatus::Solved);
         }
-        self.keep_if_better(stage, solution);
-        let mut offsets =
-            stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
-        if self.residual > ROUND_OFF && offsets.any(|offset| offset < 0.0) {
+        if demand > 0.0 && self.residual > ROUND_OFF {
             stage.copy_lane(0, &mut self.relaxed);
             self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
             self.relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
-            let (more, closed) = if is_convex {
-                self.solvers.start_again(&self.relaxed, solution, tolerance)
+            let (more, eased) = if is_convex {
+                self.convex.start_again(&self.relaxed, solution, tolerance)
             } else {
-                self.coulomb.close(&self.relaxed, solution, tolerance)
+                self.coulomb.start_again(&mut self.convex, &self.relaxed, solution, tolerance)
             };
             solves += more;
-            if closed {
-                return (solves, SolveStatus::Relaxed);
+            let ordinary = greatest_impulse(solution).max(stage.mass() * demand);
+            if eased && (!closed || impulse > STRAIN * ordinary) {
+                let is_accurate = certify(stage, solution).residual() <= residual_limit(tolerance);
+                return (solves, if is_accurate { SolveStatus::Solved } else { SolveStatus::Relaxed });
             }
             self.keep_if_better(stage, solution);
         }
         self.best.copy_lane(stage, 0, solution);
-        (solves, SolveStatus::Unsolved)
+        (solves, if closed { SolveStatus::Solved } else { SolveStatus::Unsolved })
     }
 
     fn keep_if_better(&mut self, stage: &Stage, solution: &StageSolution) {
@@ -96,7 +97,12 @@ impl Fallback {
     }
 }
 
-impl Solvers {
+/// Of all contacts \[N s\].
+fn greatest_impulse(solution: &StageSolution) -> f64 {
+    solution.contact.iter().chain(&solution.pair).copied().fold(0.0, f64::max)
+}
+
+impl ConvexFallback {
     /// The polish, and where it fails the interior point method.
     fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         let (solves, closed) = self.polish(stage, solution, tolerance);
@@ -109,7 +115,7 @@ impl Solvers {
 
     /// The interior point method from the reference velocity, polished. Returns linear solves and whether that
     /// solved the stage.
-    fn start_again(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+    pub fn start_again(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         for (twist, link) in solution.twist.iter_mut().zip(&stage.links) {
             *twist = link.reference;
         }
@@ -165,6 +171,10 @@ impl Solvers {
 /// Residual of the best solution up to which only round-off keeps a stage from its tolerance. Where contacts contradict each
 /// other, ever larger forces leave little more \[m/s\].
 const ROUND_OFF: f64 = 1e-8;
+
+/// Ratio from which impulses of contacts count as those of links that are wedged: over what the whole robot needs to move at
+/// the speed that gaps demand, and over the impulses where no gap demands a speed.
+const STRAIN: f64 = 100.0;
 
 /// Tolerance of a polish, in tolerances, and its Newton steps.
 const POLISH: f64 = 0.01;
