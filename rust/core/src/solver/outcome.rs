@@ -21,6 +21,11 @@ pub enum SolveStatus {
     Unsolved,
 }
 
+/// Ratio from which impulses at contacts are those of links that are wedged: to what the robot needs for the speed at which
+/// its contacts are to open, and to the impulses where none is to open. Contacts that contradict each other leave little
+/// under forces that are large enough.
+pub(crate) const STRAIN: f64 = 100.0;
+
 /// Largest residual over the tolerance of a stage that a fallback solved: solvers bound velocities in the norm of the
 /// energy, certificates check every link separately.
 pub const RESIDUAL_LIMIT: f64 = 100.0;

@@ -186,6 +186,18 @@ impl Stage {
         self.links.truncate(nodes);
         self.surfaces.truncate(nodes - chain);
     }
+
+    /// Largest speed at which a contact is to open \[m/s\].
+    pub(super) fn demanded_speed(&self) -> f64 {
+        let offsets =
+            self.contacts.iter().map(|contact| contact.offset).chain(self.pairs.iter().map(|pair| pair.offset));
+        offsets.fold(0.0, |fastest, offset| f64::max(fastest, -offset))
+    }
+
+    /// Of all links, were each faster by `speed` \[kg m/s\].
+    pub(super) fn momentum_with(&self, speed: f64) -> f64 {
+        self.links.iter().map(|link| link.momentum.linear.norm() + link.mass * speed).sum()
+    }
 }
 
 impl<T: Real> Stage<T> {

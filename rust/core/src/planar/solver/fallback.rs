@@ -5,7 +5,7 @@
 use nalgebra::Vector2;
 
 use crate::planar::{Stage, StageSolution, certify};
-use crate::solver::{SolveStatus, residual_limit};
+use crate::solver::{STRAIN, SolveStatus, residual_limit};
 
 use super::coulomb_fallback::CoulombFallback;
 use super::{InteriorPoint, Newton};
@@ -171,10 +171,6 @@ impl ConvexFallback {
 /// Residual of the best solution up to which only round-off keeps a stage from its tolerance. Where contacts contradict each
 /// other, ever larger forces leave little more \[m/s\].
 const ROUND_OFF: f64 = 1e-8;
-
-/// Ratio from which impulses of contacts count as those of links that are wedged: over what the whole robot needs to move at
-/// the speed that gaps demand, and over the impulses where no gap demands a speed.
-const STRAIN: f64 = 100.0;
 
 /// Tolerance of a polish, in tolerances, and its Newton steps.
 const POLISH: f64 = 0.01;

@@ -5,7 +5,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::solver::{CoupledStage, SolveStatus};
+use crate::solver::{CoupledStage, STRAIN, SolveStatus};
 use crate::spatial::rest::{RestCandidate, bound, fastest};
 use crate::spatial::{Spatial, Stage, StageLink, StageSolution, Twist, certify};
 use crate::stepping::Model;
@@ -27,6 +27,8 @@ struct Attempt {
     /// The best solution found and its residual.
     best: StageSolution,
     residual: f64,
+    /// Whether that is a robot at rest.
+    stands: bool,
     rest: RestCandidate,
 }
 
@@ -38,6 +40,7 @@ impl Fallback {
             trial: StageSolution::new(links),
             best: StageSolution::new(links),
             residual: f64::INFINITY,
+            stands: false,
             rest: RestCandidate::new(links),
         };
         Self { attempt, relaxed: Stage::with_capacity(links), relaxed_solution: StageSolution::new(links) }
@@ -54,66 +57,98 @@ impl Fallback {
         most: u32,
     ) -> (u32, SolveStatus) {
         let limit = Spatial::RESIDUAL_FACTOR * tolerance;
-        let (solves, residual) = self.attempt.close(stage, solution, tolerance, most);
-        let mut offsets =
-            stage.contacts.iter().map(|contact| contact.offset).chain(stage.pairs.iter().map(|pair| pair.offset));
-        let may_contradict = residual > limit.max(CONTRADICTION) && offsets.any(|offset| offset < 0.0);
-        if !may_contradict {
-            return (solves, if residual <= limit { SolveStatus::Solved } else { SolveStatus::Unsolved });
+        let demand = stage.demanded_speed();
+        let (mut solves, mut is_done, mut residual) = (0, false, f64::INFINITY);
+        for (methods, contradiction) in [(&NEAR[..], f64::INFINITY), (&FAR, limit.max(CONTRADICTION))] {
+            if is_done || solves >= most {
+                break;
+            }
+            let (more, done) = self.attempt.close(stage, solution, methods, tolerance, most - solves);
+            (solves, is_done, residual) = (solves + more, done, self.attempt.residual);
+            let is_strained = greatest_impulse(solution) > STRAIN * stage.momentum_with(demand);
+            if demand > 0.0 && (is_strained || residual > contradiction) {
+                let (more, eased) = self.ease(stage, solution, is_strained, tolerance, most.saturating_sub(solves));
+                solves += more;
+                if eased {
+                    let is_solved = certified(stage, solution) <= limit;
+                    return (solves, if is_solved { SolveStatus::Solved } else { SolveStatus::Relaxed });
+                }
+            }
         }
-        self.relaxed.copy_from(stage);
-        let Stage { contacts, pairs, .. } = &mut self.relaxed;
-        let offsets =
-            contacts.iter_mut().map(|contact| &mut contact.offset).chain(pairs.iter_mut().map(|pair| &mut pair.offset));
-        offsets.for_each(|offset| *offset = offset.max(0.0));
-        self.relaxed_solution.copy_from(solution);
-        let (more, of_relaxed) =
-            self.attempt.close(&self.relaxed, &mut self.relaxed_solution, tolerance, most.saturating_sub(solves));
-        if of_relaxed > limit {
-            return (solves + more, SolveStatus::Unsolved);
+        (solves, if residual <= limit { SolveStatus::Solved } else { SolveStatus::Unsolved })
+    }
+
+    /// Takes the solution of the stage with recovery of penetrations switched off, if it is found, and if its forces are
+    /// ordinary where those of `solution` are not. Also returns the linear solves.
+    fn ease(
+        &mut self,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        is_strained: bool,
+        tolerance: f64,
+        most: u32,
+    ) -> (u32, bool) {
+        let Self { attempt, relaxed, relaxed_solution } = self;
+        relaxed.copy_from(stage);
+        relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
+        relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
+        relaxed_solution.copy_from(solution);
+        if is_strained {
+            start_from_free_motion(stage, relaxed_solution);
         }
-        solution.copy_from(&self.relaxed_solution);
-        (solves + more, SolveStatus::Relaxed)
+        let (mut solves, is_done) = attempt.close(relaxed, relaxed_solution, &NEAR, tolerance, most);
+        if !is_done && solves < most {
+            solves += attempt.close(relaxed, relaxed_solution, &FAR, tolerance, most - solves).0;
+        }
+        let is_ordinary = !is_strained || greatest_impulse(solution) > STRAIN * greatest_impulse(relaxed_solution);
+        let eases = is_ordinary && attempt.residual <= Spatial::RESIDUAL_FACTOR * tolerance;
+        if eases {
+            solution.copy_from(relaxed_solution);
+        }
+        (solves, eases)
     }
 }
 
 /// Continues from the trial to a tolerance; is told how many linear solves are left, and returns how many it took.
 type Method = fn(&mut Attempt, &Stage, f64, u32) -> u32;
 
+/// Methods, with the residual over the tolerance that is enough: those that start from what the lanes left, and others.
+const NEAR: [(Method, f64); 2] = [(Attempt::at_rest, ENOUGH), (Attempt::near_the_lanes, ENOUGH)];
+const FAR: [(Method, f64); 3] =
+    [(Attempt::by_convex_problems, 1.0), (Attempt::by_continuation, 1.0), (Attempt::strictly, 1.0)];
+
 impl Attempt {
     /// Tries one method after the other until the residual is well within the tolerance, and keeps the best solution in
-    /// `solution`. Returns the solves and its residual, infinite if it is not a number.
-    fn close(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64, most: u32) -> (u32, f64) {
-        // With the residual over the tolerance that is enough.
-        let methods: [(Method, f64); 4] = [
-            (Self::near_the_lanes, ENOUGH),
-            (Self::by_convex_problems, 1.0),
-            (Self::by_continuation, 1.0),
-            (Self::strictly, 1.0),
-        ];
+    /// `solution`. Returns the solves and whether that is so.
+    fn close(
+        &mut self,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        methods: &[(Method, f64)],
+        tolerance: f64,
+        most: u32,
+    ) -> (u32, bool) {
         self.best.copy_from(solution);
-        self.residual = residual(stage, solution);
-        let (mut solves, is_done) = self.at_rest(stage, tolerance, most);
+        (self.residual, self.stands) = (certified(stage, solution), false);
+        let (mut solves, mut is_done) = (0, false);
         for (method, enough) in methods {
             if is_done || solves >= most {
                 break;
             }
             self.trial.copy_from(&self.best);
             if self.residual.is_infinite() {
-                self.start_from_free_motion(stage);
+                start_from_free_motion(stage, &mut self.trial);
             }
             solves += method(self, stage, tolerance, most - solves);
             self.keep_if_better(stage);
-            if self.residual <= enough * tolerance {
-                break;
-            }
+            is_done = self.stands || self.residual <= enough * tolerance;
         }
         solution.copy_from(&self.best);
-        (solves, self.residual)
+        (solves, is_done)
     }
 
     fn keep_if_better(&mut self, stage: &Stage) {
-        let reached = residual(stage, &self.trial);
+        let reached = certified(stage, &self.trial);
         if reached < self.residual {
             self.residual = reached;
             self.best.copy_from(&self.trial);
@@ -121,27 +156,23 @@ impl Attempt {
     }
 
     /// Friction that does not lag at all, whose solution is rest where the contacts can hold the robot: the robot stands
-    /// once it is held within the [bound](rest::bound) that keeps it at rest from then on. Returns the linear solves and
-    /// whether the stage is solved.
-    fn at_rest(&mut self, stage: &Stage, tolerance: f64, most: u32) -> (u32, bool) {
-        let Self { coulomb, trial, best, residual: least, rest, .. } = self;
-        if most == 0 || least.is_infinite() || fastest(stage, best) > SLOW {
-            return (0, false);
+    /// once it is held within the [bound](rest::bound) that keeps it at rest from then on.
+    fn at_rest(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
+        let Self { coulomb, trial, best, residual, stands, rest, .. } = self;
+        if residual.is_infinite() || fastest(stage, best) > SLOW {
+            return 0;
         }
-        trial.copy_from(best);
         let (bound, mut left) = (bound(stage, tolerance), f64::INFINITY);
         let solves = coulomb.lag(stage, trial, bound, most, Lag::None, |solution| {
             let before = std::mem::replace(&mut left, rest.residual(stage, solution));
             left <= bound || left > GAIN * before
         });
-        let stands = left <= bound;
-        if stands {
+        if left <= bound {
+            (*stands, *residual) = (true, left);
             rest.write(true, best);
-            *least = left;
-        } else {
-            self.keep_if_better(stage);
+            trial.copy_from(best);
         }
-        (solves, stands || self.residual <= ENOUGH * tolerance)
+        solves
     }
 
     /// Newton's method on the coupled problem from what the lanes left.
@@ -153,7 +184,7 @@ impl Attempt {
     fn by_convex_problems(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
         let Self { coulomb, trial, best, residual: least, .. } = self;
         coulomb.lag(stage, trial, tolerance, most, Lag::Follows, |solution| {
-            let reached = residual(stage, solution);
+            let reached = certified(stage, solution);
             if reached < *least {
                 *least = reached;
                 best.copy_from(solution);
@@ -164,36 +195,41 @@ impl Attempt {
 
     /// The same along the path of solutions from soft contacts.
     fn by_continuation(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
-        self.start_from_free_motion(stage);
+        start_from_free_motion(stage, &mut self.trial);
         self.coulomb.continuation(stage, &mut self.trial, tolerance, most).0
     }
 
     /// The lanes' method from free motion, radii moving only when the convex problem is solved.
     fn strictly(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
-        self.start_from_free_motion(stage);
+        start_from_free_motion(stage, &mut self.trial);
         self.strict.solve_one(stage, &mut self.trial, tolerance, most.min(MAX_ITERATIONS)).iterations as u32
-    }
-
-    /// Free motion without impulses.
-    fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution { twist, surface, normal, friction, rolling, gear, contact, obstacle_friction, pair, .. } =
-            &mut self.trial;
-        for (twist, link) in twist.iter_mut().zip(&stage.links) {
-            *twist = free_twist(link);
-        }
-        surface.fill(Vector3::zeros());
-        normal.fill([0.0; 2]);
-        friction.fill([Vector2::zeros(); 2]);
-        rolling.fill(Vector2::zeros());
-        gear.fill(0.0);
-        contact.fill(0.0);
-        obstacle_friction.fill(Vector2::zeros());
-        pair.fill(0.0);
     }
 }
 
+/// Free motion without impulses.
+fn start_from_free_motion(stage: &Stage, solution: &mut StageSolution) {
+    let StageSolution { twist, surface, normal, friction, rolling, gear, contact, obstacle_friction, pair, .. } =
+        solution;
+    for (twist, link) in twist.iter_mut().zip(&stage.links) {
+        *twist = free_twist(link);
+    }
+    surface.fill(Vector3::zeros());
+    normal.fill([0.0; 2]);
+    friction.fill([Vector2::zeros(); 2]);
+    rolling.fill(Vector2::zeros());
+    gear.fill(0.0);
+    contact.fill(0.0);
+    obstacle_friction.fill(Vector2::zeros());
+    pair.fill(0.0);
+}
+
+/// Of all contacts with obstacles and between links \[N s\].
+fn greatest_impulse(solution: &StageSolution) -> f64 {
+    solution.contact.iter().chain(&solution.pair).copied().fold(0.0, f64::max)
+}
+
 /// Certified; infinite for one that is not a number.
-fn residual(stage: &Stage, solution: &StageSolution) -> f64 {
+fn certified(stage: &Stage, solution: &StageSolution) -> f64 {
     let residual = certify(stage, solution).residual();
     if residual.is_nan() { f64::INFINITY } else { residual }
 }
