@@ -10,7 +10,7 @@ import pytest
 import snake_env
 from experiments import stiction_cases
 from snake_env import PD, ConfigError, Gait, Integrator, Robot, Scene, Start
-from snake_env.obstacles import Box, Circle, Segment
+from snake_env.obstacles import Box, Circle, Cylinder, Segment
 
 STILL = Gait(amplitude=0.0)
 RADIUS = 0.0525
@@ -86,6 +86,52 @@ def test_a_jam_between_rough_walls_is_solved_in_short_steps():
     assert run.iterations.max() > 20_000
     assert run.unconverged.sum() == 0
     assert run.residual.max() <= 1e-4
+
+
+@pytest.mark.parametrize("step", [25e-3, 5e-3, 1e-3])
+def test_links_that_wedge_themselves_between_rough_pegs_are_held_by_ordinary_forces(step):
+    """Motors of 10 N m do not make forces of millions of newtons, and friction takes no more work than they give."""
+    pegs = [(-0.2, 0.14314), (0.02, -0.15475), (0.24, 0.16371), (0.46, -0.12581)]
+    run = snake_env.simulate(
+        robot=Robot(
+            links=5,
+            mass=(4.08, 0.68, 0.68, 0.68, 0.136),
+            inertia=(7.8e-3, 1.3e-3, 1.3e-3, 1.3e-3, 2.6e-4),
+            joint_limit=0.9,
+        ),
+        scene=Scene(obstacles=[Circle(0.06, x, y, friction=1.29) for x, y in pegs], friction=(0.11, 0.206)),
+        gait=Gait(amplitude=0.892, omega=4.78, beta=0.781, gamma=-0.281),
+        controller=PD(kp=800.0, kd=2.0, torque_limit=10.0),
+        start=Start(position=(-0.05, 0.0), heading=0.0, posture="straight"),
+        integrator=Integrator(step=step),
+        duration=1.5,
+        sample=25e-3,
+        record=["power"],
+    )
+    assert run.unconverged.sum() == 0
+    assert abs(run.contact_force).max() < 1e4
+    assert -run.friction_power.sum() < run.actuator_power.sum()
+
+
+@pytest.mark.parametrize("step", [10e-3, 5e-3, 2.5e-3])
+def test_a_limp_chain_that_falls_between_rough_poles_is_held(step):
+    poles = [Cylinder((-1.0, y, 0.3), (1.0, y, 0.3), 0.08, friction=0.548) for y in (-0.13173, 0.13173)]
+    run = snake_env.simulate(
+        model="spatial",
+        robot=Robot(links=3),
+        scene=Scene(obstacles=poles, friction=(0.548, 0.548)),
+        controller=PD(kp=0.0, kd=0.0),
+        gait=Gait(amplitude=0.0),
+        start=Start(position=(-0.122, 0.0113, 0.7016), heading=-0.00423, pitch=0.0579, posture="straight"),
+        integrator=Integrator(step=step),
+        duration=0.6,
+        sample=1e-2,
+    )
+    assert run.unconverged.sum() == 0
+    assert abs(run.contact_force).max() < 1e3
+    # Its middle link rests on both.
+    assert run.position[-1, 1, 2] > 0.3
+    assert abs(run.position[-1] - run.position[-5]).max() < 1e-4
 
 
 def test_a_robot_sticks_to_a_wall_within_the_cone_of_friction():

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use nalgebra::{DMatrix, DVector};
 use snake_core::planar::{Fallback, Stage, StageSolution, Twist, certify};
-use snake_core::solver::SolveStatus;
+use snake_core::solver::{SolveStatus, residual_limit};
 use snake_test_support::golden::saved_stages;
 use snake_test_support::planar_stage as dense;
 
 /// Their contacts contradict each other.
-const CONTRADICTORY: [&str; 2] = ["braced-jam", "braced-slide"];
+const CONTRADICTORY: [&str; 3] = ["braced-jam", "braced-slide", "wedged"];
 
 /// \[m/s\]
 const TOLERANCE: f64 = 1e-8;
@@ -24,6 +24,7 @@ fn cold(stage: &Stage) -> StageSolution {
     solution.contact.resize(stage.contacts.len(), 0.0);
     solution.spin.resize(stage.spins.len(), 0.0);
     solution.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
+    solution.pair.resize(stage.pairs.len(), 0.0);
     solution
 }
 
@@ -52,10 +53,28 @@ fn saved_stages_with_friction_at_obstacles_are_solved_or_relaxed() {
             stage.spins = spins;
             let (_, status, _) = closed(&name, &stage);
             assert_ne!(status, SolveStatus::Unsolved, "{name}");
-            if !CONTRADICTORY.contains(&name.as_str()) {
-                assert_eq!(status, SolveStatus::Solved, "{name}");
-            }
+            assert_eq!(status == SolveStatus::Relaxed, CONTRADICTORY.contains(&name.as_str()), "{name}");
         }
+    }
+}
+
+/// Contacts of wedged links that are to open by 50 um/s miss that by 5 um/s only under an impulse of 6,000 N s: where they
+/// need not open, the same links are held by a part in 10,000 of it.
+#[test]
+fn wedged_links_are_held_by_ordinary_forces() {
+    let (name, stage) = saved().into_iter().find(|(name, _)| name == "wedged").expect("a saved stage");
+    let mut demand = 0.0_f64;
+    stage.contacts.iter().for_each(|contact| demand = demand.max(-contact.offset));
+    for tolerance in [1e-6, 1e-7, 1e-8, 1e-10] {
+        let mut solution = cold(&stage);
+        let (solves, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, tolerance);
+        let impulse = solution.contact.iter().copied().fold(0.0, f64::max);
+        let residual = certify(&stage, &solution).residual();
+        println!(
+            "{name}, {tolerance:.0e} m/s: {status:?} after {solves}, {impulse:.2e} N s, residual {residual:.1e} m/s"
+        );
+        assert!(impulse < 0.5 && residual < 1.001 * demand);
+        assert_eq!(status == SolveStatus::Solved, residual <= residual_limit(tolerance));
     }
 }
 
