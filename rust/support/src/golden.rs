@@ -65,6 +65,7 @@ pub fn solvable() -> impl Iterator<Item = Golden> {
 pub fn cold(stage: &Stage) -> StageSolution {
     let mut solution = StageSolution::new(stage.links.len());
     solution.contact.resize(stage.contacts.len(), 0.0);
+    solution.pair.resize(stage.pairs.len(), 0.0);
     solution
 }
 

@@ -30,7 +30,7 @@ pub(crate) use coupled_chain::{CoupledChain, CoupledLink, DrivenAxis, Head};
 pub use friction_term::FrictionTerm;
 pub(crate) use low_rank::{Coupling, EliminatedChain, LinkStep, LowRank};
 pub(crate) use motor_term::MotorTerm;
-pub(crate) use outcome::STRAIN;
+pub(crate) use outcome::{EXACT, STRAIN, greatest_impulse};
 pub use outcome::{Outcome, RESIDUAL_LIMIT, SolveStatus, is_unsolved, residual_limit};
 pub use ray_search::{NearestKink, Ray, Search, add, step_length};
 pub(crate) use surface_term::SurfaceTerm;

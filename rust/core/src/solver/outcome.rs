@@ -12,10 +12,10 @@ pub struct Outcome<T: Real = f64> {
 /// Result of a fallback.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolveStatus {
-    /// The stage is solved.
+    /// The stage is solved: within its tolerance that may be with recovery of penetration switched off.
     Solved,
-    /// The contacts contradict each other: no velocity opens all of them as fast as their penetration demands. The
-    /// stage is solved with recovery of penetration switched off.
+    /// The contacts contradict each other: no velocity opens all of them as fast as their penetration demands, or none under
+    /// forces that are not absurd. The stage is solved with recovery of penetration switched off.
     Relaxed,
     /// The best solution found is not within its tolerance.
     Unsolved,
@@ -25,6 +25,14 @@ pub enum SolveStatus {
 /// its contacts are to open, and to the impulses where none is to open. Contacts that contradict each other leave little
 /// under forces that are large enough.
 pub(crate) const STRAIN: f64 = 100.0;
+
+/// Residual up to which only round-off keeps a stage from an exact solution \[m/s\].
+pub(crate) const EXACT: f64 = 1e-8;
+
+/// Of all contacts with obstacles and between links \[N s\].
+pub(crate) fn greatest_impulse(contact: &[f64], pair: &[f64]) -> f64 {
+    contact.iter().chain(pair).copied().fold(0.0, f64::max)
+}
 
 /// Largest residual over the tolerance of a stage that a fallback solved: solvers bound velocities in the norm of the
 /// energy, certificates check every link separately.

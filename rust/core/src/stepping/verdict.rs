@@ -47,8 +47,8 @@ pub fn solves_left(spent: u32, max_iterations: u32) -> u32 {
     STEP_BUDGET.saturating_mul(max_iterations).saturating_sub(spent)
 }
 
-/// Offset up to which contacts between links count in the cost of a fallback \[m/s\]: others hardly ever close in a stage, and
-/// lanes without a contact have this offset.
+/// Offset up to which contacts between links count in the cost of a fallback \[m/s\], and are taken in by the interior point
+/// method at first: others hardly ever close in a stage, and lanes without a contact have this offset.
 pub(crate) const NEARBY: f64 = 1.0;
 
 /// Cost of one solve of the fallback that takes in `pairs` contacts between links, in linear solves without any.

@@ -1,5 +1,6 @@
 //! Fallback for a stage with friction at contacts, which is no optimisation problem: the coupled Newton iteration from
-//! what the lanes left, from free motion, and along paths on which friction at contacts grows.
+//! what the lanes left, from free motion, from the solution without friction at contacts, and from there along paths on
+//! which it grows.
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::planar::{Stage, StageSolution, certify};
@@ -70,10 +71,8 @@ impl CoulombFallback {
         solution: &mut StageSolution,
         tolerance: f64,
     ) -> (u32, bool) {
-        solution.copy_lane(stage, 0, &mut self.trial);
-        self.start_from_free_motion(stage);
-        self.trial.copy_lane(stage, 0, solution);
-        let solves = convex.newton.solve_one(stage, solution, tolerance, LANES_SOLVES).iterations as u32;
+        start_from_free_motion(stage, solution);
+        let solves = convex.as_in_lanes(stage, solution, tolerance);
         let (more, closed) = self.close(convex, stage, solution, tolerance);
         (solves + more, closed)
     }
@@ -83,21 +82,24 @@ impl CoulombFallback {
     }
 
     fn in_free_motion(&mut self, stage: &Stage, tolerance: f64) -> u32 {
-        self.start_from_free_motion(stage);
+        start_from_free_motion(stage, &mut self.trial);
         self.near_the_lanes(stage, tolerance)
     }
 
     /// From the solution without friction at contacts, which is that of an optimisation problem.
     fn without_friction(&mut self, convex: &mut ConvexFallback, stage: &Stage, tolerance: f64) -> u32 {
-        self.start_from_free_motion(stage);
-        stage.copy_lane(0, &mut self.smooth);
-        self.smooth.obstacle_friction.clear();
-        self.smooth.pair_friction.clear();
-        self.trial.copy_lane(&self.smooth, 0, &mut self.smooth_solution);
-        let solves = convex.start_again(&self.smooth, &mut self.smooth_solution, tolerance).0;
-        self.smooth_solution.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
-        self.smooth_solution.pair_friction.resize(stage.pair_friction.len(), 0.0);
-        self.smooth_solution.copy_lane(stage, 0, &mut self.trial);
+        let Self { trial, smooth, smooth_solution: start, .. } = self;
+        stage.copy_lane(0, smooth);
+        smooth.obstacle_friction.clear();
+        smooth.pair_friction.clear();
+        trial.copy_lane(smooth, 0, start);
+        let (solves, closed) = convex.start_again(smooth, start, tolerance);
+        start.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
+        start.pair_friction.resize(stage.pair_friction.len(), 0.0);
+        if !closed {
+            start_from_free_motion(stage, start);
+        }
+        start.copy_lane(stage, 0, trial);
         solves + self.near_the_lanes(stage, tolerance)
     }
 
@@ -105,28 +107,19 @@ impl CoulombFallback {
         self.smooth_solution.copy_lane(stage, 0, &mut self.trial);
         self.newton.follow(&mut self.path, number, stage, &mut self.trial, tolerance).0
     }
+}
 
-    /// The reference velocity without impulses.
-    fn start_from_free_motion(&mut self, stage: &Stage) {
-        let StageSolution {
-            twist,
-            friction,
-            spin,
-            actuator,
-            gear,
-            contact,
-            obstacle_friction,
-            pair,
-            pair_friction,
-            ..
-        } = &mut self.trial;
-        for (twist, link) in twist.iter_mut().zip(&stage.links) {
-            *twist = link.reference;
-        }
-        friction.iter_mut().for_each(|impulse| impulse.fill(0.0));
-        for impulses in [spin, actuator, gear, contact, obstacle_friction, pair, pair_friction] {
-            impulses.fill(0.0);
-        }
+/// The reference velocity without impulses.
+fn start_from_free_motion(stage: &Stage, solution: &mut StageSolution) {
+    let StageSolution {
+        twist, friction, spin, actuator, gear, contact, obstacle_friction, pair, pair_friction, ..
+    } = solution;
+    for (twist, link) in twist.iter_mut().zip(&stage.links) {
+        *twist = link.reference;
+    }
+    friction.iter_mut().for_each(|impulse| impulse.fill(0.0));
+    for impulses in [spin, actuator, gear, contact, obstacle_friction, pair, pair_friction] {
+        impulses.fill(0.0);
     }
 }
 
@@ -135,9 +128,6 @@ fn residual(stage: &Stage, solution: &StageSolution) -> f64 {
     let residual = certify(stage, solution).residual();
     if residual.is_nan() { f64::INFINITY } else { residual }
 }
-
-/// Iterations of the method of the lanes from free motion.
-const LANES_SOLVES: u32 = 100;
 
 /// Paths that are tried.
 const PATHS: u32 = 6;

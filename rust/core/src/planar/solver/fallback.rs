@@ -1,11 +1,11 @@
 //! Fallback for a stage that Newton's method did not solve: another method, a polish and, where the contacts
-//! contradict each other, a relaxed stage. With friction at contacts the other methods are those of
+//! contradict each other or wedge the robot, a relaxed stage. With friction at contacts the other methods are those of
 //! [`coulomb_fallback`](super::coulomb_fallback).
 
 use nalgebra::Vector2;
 
 use crate::planar::{Stage, StageSolution, certify};
-use crate::solver::{STRAIN, SolveStatus, residual_limit};
+use crate::solver::{EXACT, STRAIN, SolveStatus, greatest_impulse, residual_limit};
 
 use super::coulomb_fallback::CoulombFallback;
 use super::{InteriorPoint, Newton};
@@ -22,7 +22,7 @@ pub struct Fallback {
 
 pub(super) struct ConvexFallback {
     interior_point: InteriorPoint,
-    pub newton: Newton,
+    newton: Newton,
     /// The stage with the ellipses of the sides on which its forces lie.
     on_sides: Stage,
     polished: StageSolution,
@@ -61,24 +61,23 @@ impl Fallback {
         } else {
             self.coulomb.close(&mut self.convex, stage, solution, tolerance)
         };
-        let (demand, impulse) = (stage.demanded_speed(), greatest_impulse(solution));
         self.keep_if_better(stage, solution);
-        if closed && (is_convex || demand == 0.0 || self.residual <= ROUND_OFF) {
+        let (demand, impulse) = (stage.demanded_speed(), greatest_impulse(&solution.contact, &solution.pair));
+        let may_be_wedged = !is_convex && demand > EXACT && impulse > STRAIN * stage.mass() * demand;
+        if closed && !(may_be_wedged && self.residual > EXACT) {
             return (solves, SolveStatus::Solved);
         }
-        if demand > 0.0 && self.residual > ROUND_OFF {
+        if demand > 0.0 && self.residual > EXACT {
             stage.copy_lane(0, &mut self.relaxed);
-            self.relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
-            self.relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
+            self.relaxed.relax();
             let (more, eased) = if is_convex {
                 self.convex.start_again(&self.relaxed, solution, tolerance)
             } else {
                 self.coulomb.start_again(&mut self.convex, &self.relaxed, solution, tolerance)
             };
             solves += more;
-            let ordinary = greatest_impulse(solution).max(stage.mass() * demand);
-            if eased && (!closed || impulse > STRAIN * ordinary) {
-                let is_accurate = certify(stage, solution).residual() <= residual_limit(tolerance);
+            if eased && (!closed || impulse > STRAIN * greatest_impulse(&solution.contact, &solution.pair)) {
+                let is_accurate = !is_convex && certify(stage, solution).residual() <= residual_limit(tolerance);
                 return (solves, if is_accurate { SolveStatus::Solved } else { SolveStatus::Relaxed });
             }
             self.keep_if_better(stage, solution);
@@ -95,11 +94,6 @@ impl Fallback {
             self.residual = if reached.is_nan() { f64::INFINITY } else { reached };
         }
     }
-}
-
-/// Of all contacts \[N s\].
-fn greatest_impulse(solution: &StageSolution) -> f64 {
-    solution.contact.iter().chain(&solution.pair).copied().fold(0.0, f64::max)
 }
 
 impl ConvexFallback {
@@ -139,6 +133,11 @@ impl ConvexFallback {
         (solves, false)
     }
 
+    /// The method of the lanes. Returns linear solves.
+    pub fn as_in_lanes(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> u32 {
+        self.newton.solve_one(stage, solution, tolerance, AS_IN_LANES).iterations as u32
+    }
+
     /// Newton's method from near a solution that is not good enough, to a stricter tolerance; keeps the better of both.
     fn polish(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
         let (before, residual) = self.merit(stage, solution, tolerance);
@@ -168,13 +167,12 @@ impl ConvexFallback {
     }
 }
 
-/// Residual of the best solution up to which only round-off keeps a stage from its tolerance. Where contacts contradict each
-/// other, ever larger forces leave little more \[m/s\].
-const ROUND_OFF: f64 = 1e-8;
-
 /// Tolerance of a polish, in tolerances, and its Newton steps.
 const POLISH: f64 = 0.01;
 const MAX_POLISH: u32 = 50;
+
+/// Iterations of the method of the lanes from free motion.
+const AS_IN_LANES: u32 = 100;
 
 /// Times the ellipses of a skin follow the sides of the forces in the interior point method.
 const MAX_SIDES: u32 = 8;

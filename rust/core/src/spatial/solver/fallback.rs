@@ -1,11 +1,11 @@
-//! Fallback for a stage that the lanes' Newton iteration did not solve: the coupled Newton iteration from there, a sequence
-//! of convex problems, the coupled iteration by continuation from soft contacts, then the strict variant of the lanes'
-//! method from free motion; where the contacts contradict each other, the stage is relaxed. Of all that is found, the
-//! solution with the least certified residual is kept.
+//! Fallback for a stage that the lanes' Newton iteration did not solve: rest, the coupled Newton iteration from there, a
+//! sequence of convex problems, the coupled iteration by continuation from soft contacts, then the strict variant of the
+//! lanes' method from free motion. Of all that is found, the solution with the least certified residual is kept. Where
+//! contacts contradict each other, or wedge the robot, the stage is relaxed.
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::solver::{CoupledStage, STRAIN, SolveStatus};
+use crate::solver::{CoupledStage, EXACT, STRAIN, SolveStatus, greatest_impulse};
 use crate::spatial::rest::{RestCandidate, bound, fastest};
 use crate::spatial::{Spatial, Stage, StageLink, StageSolution, Twist, certify};
 use crate::stepping::Model;
@@ -59,15 +59,20 @@ impl Fallback {
         let limit = Spatial::RESIDUAL_FACTOR * tolerance;
         let demand = stage.demanded_speed();
         let (mut solves, mut is_done, mut residual) = (0, false, f64::INFINITY);
-        for (methods, contradiction) in [(&NEAR[..], f64::INFINITY), (&FAR, limit.max(CONTRADICTION))] {
+        let (near, far) = METHODS.split_at(NEAR);
+        let contradiction = limit.max(CONTRADICTION);
+        for (methods, inaccurate) in [(near, f64::INFINITY), (far, contradiction)] {
             if is_done || solves >= most {
                 break;
             }
             let (more, done) = self.attempt.close(stage, solution, methods, tolerance, most - solves);
             (solves, is_done, residual) = (solves + more, done, self.attempt.residual);
-            let is_strained = greatest_impulse(solution) > STRAIN * stage.momentum_with(demand);
-            if demand > 0.0 && (is_strained || residual > contradiction) {
-                let (more, eased) = self.ease(stage, solution, is_strained, tolerance, most.saturating_sub(solves));
+            // Not the forces of a method that has gone astray, nor those of an exact solution.
+            let is_wedged = EXACT < residual
+                && residual <= contradiction
+                && greatest_impulse(&solution.contact, &solution.pair) > STRAIN * stage.momentum_with(demand);
+            if demand > 0.0 && (is_wedged || residual > inaccurate) {
+                let (more, eased) = self.ease(stage, solution, is_wedged, tolerance, most.saturating_sub(solves));
                 solves += more;
                 if eased {
                     let is_solved = certified(stage, solution) <= limit;
@@ -79,31 +84,28 @@ impl Fallback {
     }
 
     /// Takes the solution of the stage with recovery of penetrations switched off, if it is found, and if its forces are
-    /// ordinary where those of `solution` are not. Also returns the linear solves.
+    /// ordinary where the robot `is_wedged` by those of `solution`. Also returns the linear solves.
     fn ease(
         &mut self,
         stage: &Stage,
         solution: &mut StageSolution,
-        is_strained: bool,
+        is_wedged: bool,
         tolerance: f64,
         most: u32,
     ) -> (u32, bool) {
-        let Self { attempt, relaxed, relaxed_solution } = self;
+        let Self { attempt, relaxed, relaxed_solution: eased } = self;
         relaxed.copy_from(stage);
-        relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
-        relaxed.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
-        relaxed_solution.copy_from(solution);
-        if is_strained {
-            start_from_free_motion(stage, relaxed_solution);
+        relaxed.relax();
+        eased.copy_from(solution);
+        if is_wedged {
+            start_from_free_motion(stage, eased);
         }
-        let (mut solves, is_done) = attempt.close(relaxed, relaxed_solution, &NEAR, tolerance, most);
-        if !is_done && solves < most {
-            solves += attempt.close(relaxed, relaxed_solution, &FAR, tolerance, most - solves).0;
-        }
-        let is_ordinary = !is_strained || greatest_impulse(solution) > STRAIN * greatest_impulse(relaxed_solution);
-        let eases = is_ordinary && attempt.residual <= Spatial::RESIDUAL_FACTOR * tolerance;
+        let (solves, _) = attempt.close(relaxed, eased, &METHODS, tolerance, most);
+        let is_solved = attempt.residual <= Spatial::RESIDUAL_FACTOR * tolerance;
+        let impulses = [&*solution, eased].map(|one| greatest_impulse(&one.contact, &one.pair));
+        let eases = is_solved && (!is_wedged || impulses[0] > STRAIN * impulses[1]);
         if eases {
-            solution.copy_from(relaxed_solution);
+            solution.copy_from(eased);
         }
         (solves, eases)
     }
@@ -112,14 +114,21 @@ impl Fallback {
 /// Continues from the trial to a tolerance; is told how many linear solves are left, and returns how many it took.
 type Method = fn(&mut Attempt, &Stage, f64, u32) -> u32;
 
-/// Methods, with the residual over the tolerance that is enough: those that start from what the lanes left, and others.
-const NEAR: [(Method, f64); 2] = [(Attempt::at_rest, ENOUGH), (Attempt::near_the_lanes, ENOUGH)];
-const FAR: [(Method, f64); 3] =
-    [(Attempt::by_convex_problems, 1.0), (Attempt::by_continuation, 1.0), (Attempt::strictly, 1.0)];
+/// Methods, with the residual over the tolerance that is enough.
+const METHODS: [(Method, f64); 5] = [
+    (Attempt::at_rest, ENOUGH),
+    (Attempt::near_the_lanes, ENOUGH),
+    (Attempt::by_convex_problems, 1.0),
+    (Attempt::by_continuation, 1.0),
+    (Attempt::strictly, 1.0),
+];
+
+/// As many of them are tried before a wedge is looked for.
+const NEAR: usize = 2;
 
 impl Attempt {
-    /// Tries one method after the other until the residual is well within the tolerance, and keeps the best solution in
-    /// `solution`. Returns the solves and whether that is so.
+    /// Tries one method after the other until the residual is enough, and keeps the best solution in `solution`. Returns the
+    /// solves and whether that is so.
     fn close(
         &mut self,
         stage: &Stage,
@@ -168,6 +177,7 @@ impl Attempt {
             left <= bound || left > GAIN * before
         });
         if left <= bound {
+            // The trial too, so that it does not replace rest by the last iterate.
             (*stands, *residual) = (true, left);
             rest.write(true, best);
             trial.copy_from(best);
@@ -221,11 +231,6 @@ fn start_from_free_motion(stage: &Stage, solution: &mut StageSolution) {
     contact.fill(0.0);
     obstacle_friction.fill(Vector2::zeros());
     pair.fill(0.0);
-}
-
-/// Of all contacts with obstacles and between links \[N s\].
-fn greatest_impulse(solution: &StageSolution) -> f64 {
-    solution.contact.iter().chain(&solution.pair).copied().fold(0.0, f64::max)
 }
 
 /// Certified; infinite for one that is not a number.

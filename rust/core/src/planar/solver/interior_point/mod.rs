@@ -93,20 +93,21 @@ impl InteriorPoint {
     pub fn solve(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> Descent {
         self.near.clear();
         self.near.extend((0..stage.pairs.len()).filter(|k| stage.pairs[*k].offset < NEARBY));
-        let mut solves = 0;
-        loop {
-            let descent = self.descend(stage, solution, tolerance);
-            solves += descent.solves;
+        let mut descent = self.descend(stage, solution, tolerance);
+        for _ in 1..MAX_ROUNDS {
             let taken = self.near.len();
             for (k, pair) in stage.pairs.iter().enumerate() {
-                if pair.opening(&solution.twist) < -tolerance && !self.near[..taken].contains(&k) {
+                if pair.opening(&solution.twist) < -SMALL * tolerance && !self.near.contains(&k) {
                     self.near.push(k);
                 }
             }
             if self.near.len() == taken {
-                return Descent { solves, ..descent };
+                break;
             }
+            let next = self.descend(stage, solution, tolerance);
+            descent = Descent { solves: descent.solves + next.solves, ..next };
         }
+        descent
     }
 
     fn descend(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> Descent {
@@ -477,6 +478,9 @@ const TARGET_GAP: f64 = 1e-11;
 
 /// First products, in energies of the stage: a start too far inside costs an iteration, one too near the boundary many.
 const SPREAD: f64 = 10.0;
+
+/// Descents, after each of which contacts are taken in that it closes from far.
+const MAX_ROUNDS: u32 = 5;
 
 /// Times the impulses become the centres of the contacts' softness, and the violation from which they do, in tolerances.
 const MAX_CENTRES: u32 = 2;
