@@ -149,19 +149,6 @@ impl Stage {
         self.spins.truncate(if has_spins { nodes } else { 0 });
     }
 
-    /// Switches recovery of penetrations off.
-    pub(super) fn relax(&mut self) {
-        self.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
-        self.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
-    }
-
-    /// Largest speed at which a contact is to open \[m/s\].
-    pub(super) fn demanded_speed(&self) -> f64 {
-        let offsets =
-            self.contacts.iter().map(|contact| contact.offset).chain(self.pairs.iter().map(|pair| pair.offset));
-        offsets.fold(0.0, |fastest, offset| f64::max(fastest, -offset))
-    }
-
     /// Of the robot \[kg\].
     pub(super) fn mass(&self) -> f64 {
         self.links[..self.chain()].iter().map(|link| link.mass).sum()

@@ -15,5 +15,6 @@ pub use drive::DriveRow;
 pub use in_lane::{InLane, read_friction, read_rows, write_rows};
 pub use motor::MotorRow;
 pub use row::{ContactRow, FrictionRow, PairRow, Row};
+pub(crate) use row::{demanded_speed, relax};
 pub use saved::{Saved, SavedStage, is_zero, limit};
 pub use screw::Screw;

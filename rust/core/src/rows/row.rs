@@ -27,6 +27,18 @@ pub struct PairRow<S, T = f64> {
     pub offset: T,
 }
 
+/// Largest speed at which a contact of one robot is to open \[m/s\].
+pub fn demanded_speed<S>(contacts: &[ContactRow<S>], pairs: &[PairRow<S>]) -> f64 {
+    let offsets = contacts.iter().map(|contact| contact.offset).chain(pairs.iter().map(|pair| pair.offset));
+    offsets.fold(0.0, |fastest, offset| f64::max(fastest, -offset))
+}
+
+/// Lets penetrations remain: none is to open.
+pub fn relax<S>(contacts: &mut [ContactRow<S>], pairs: &mut [PairRow<S>]) {
+    contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
+    pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
+}
+
 /// Coulomb friction of one of the rows of a stage, along a row between the same links whose offset is not used. A lane
 /// without it has directions 0.
 ///

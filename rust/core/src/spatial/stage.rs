@@ -187,19 +187,6 @@ impl Stage {
         self.surfaces.truncate(nodes - chain);
     }
 
-    /// Switches recovery of penetrations off.
-    pub(super) fn relax(&mut self) {
-        self.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
-        self.pairs.iter_mut().for_each(|pair| pair.offset = pair.offset.max(0.0));
-    }
-
-    /// Largest speed at which a contact is to open \[m/s\].
-    pub(super) fn demanded_speed(&self) -> f64 {
-        let offsets =
-            self.contacts.iter().map(|contact| contact.offset).chain(self.pairs.iter().map(|pair| pair.offset));
-        offsets.fold(0.0, |fastest, offset| f64::max(fastest, -offset))
-    }
-
     /// Of all links of the robot, were each faster by `speed` \[kg m/s\].
     pub(super) fn momentum_with(&self, speed: f64) -> f64 {
         self.links[..self.chain()].iter().map(|link| link.momentum.linear.norm() + link.mass * speed).sum()

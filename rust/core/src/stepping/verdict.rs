@@ -76,7 +76,7 @@ const FALLBACK_SOLVES: u32 = 100;
 /// What the fallback did with one stage.
 #[derive(Debug, Clone, Copy)]
 pub struct FallbackResult {
-    /// Linear solves, and the contacts between links that each of them took in.
+    /// Linear solves, and the contacts between links that are taken into account in each.
     pub solves: u32,
     pub pairs: u32,
     pub status: SolveStatus,

@@ -5,6 +5,7 @@
 use nalgebra::Vector2;
 
 use crate::planar::{Stage, StageSolution, certify};
+use crate::rows::{demanded_speed, relax};
 use crate::solver::{EXACT, STRAIN, SolveStatus, greatest_impulse, residual_limit};
 
 use super::coulomb_fallback::CoulombFallback;
@@ -62,14 +63,15 @@ impl Fallback {
             self.coulomb.close(&mut self.convex, stage, solution, tolerance)
         };
         self.keep_if_better(stage, solution);
-        let (demand, impulse) = (stage.demanded_speed(), greatest_impulse(&solution.contact, &solution.pair));
+        let demand = demanded_speed(&stage.contacts, &stage.pairs);
+        let impulse = greatest_impulse(&solution.contact, &solution.pair);
         let may_be_wedged = !is_convex && demand > EXACT && impulse > STRAIN * stage.mass() * demand;
         if closed && !(may_be_wedged && self.residual > EXACT) {
             return (solves, SolveStatus::Solved);
         }
         if demand > 0.0 && self.residual > EXACT {
             stage.copy_lane(0, &mut self.relaxed);
-            self.relaxed.relax();
+            relax(&mut self.relaxed.contacts, &mut self.relaxed.pairs);
             let (more, eased) = if is_convex {
                 self.convex.start_again(&self.relaxed, solution, tolerance)
             } else {

@@ -5,6 +5,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::rows::{demanded_speed, relax};
 use crate::solver::{CoupledStage, EXACT, STRAIN, SolveStatus, greatest_impulse};
 use crate::spatial::rest::{RestCandidate, bound, fastest};
 use crate::spatial::{Spatial, Stage, StageLink, StageSolution, Twist, certify};
@@ -57,7 +58,7 @@ impl Fallback {
         most: u32,
     ) -> (u32, SolveStatus) {
         let limit = Spatial::RESIDUAL_FACTOR * tolerance;
-        let demand = stage.demanded_speed();
+        let demand = demanded_speed(&stage.contacts, &stage.pairs);
         let (mut solves, mut is_done, mut residual) = (0, false, f64::INFINITY);
         let (near, far) = METHODS.split_at(NEAR);
         let contradiction = limit.max(CONTRADICTION);
@@ -95,7 +96,7 @@ impl Fallback {
     ) -> (u32, bool) {
         let Self { attempt, relaxed, relaxed_solution: eased } = self;
         relaxed.copy_from(stage);
-        relaxed.relax();
+        relax(&mut relaxed.contacts, &mut relaxed.pairs);
         eased.copy_from(solution);
         if is_wedged {
             start_from_free_motion(stage, eased);

@@ -206,18 +206,18 @@ impl InteriorPoint {
     fn iterate(&mut self, stage: &Stage, solution: &mut StageSolution, mu: f64) -> f64 {
         self.friction.iter_mut().for_each(SurfaceCone::aim_affine);
         self.pairs(Pair::aim_affine);
-        f64::run(FindDirection { method: self, stage, twist: &solution.twist });
+        self.find_direction(stage, &solution.twist);
         let affine = self.longest_step().min(1.0);
         let left = self.gap_after(affine) / self.cones(stage) / mu;
         let centering = left.clamp(0.0, 1.0).powi(3).max(1e-6);
         self.friction.iter_mut().for_each(|cone| cone.aim_central(centering * mu));
         self.pairs(|pair| pair.aim_central(centering * mu));
-        f64::run(FindDirection { method: self, stage, twist: &solution.twist });
+        self.find_direction(stage, &solution.twist);
         let mut step = self.longest_step();
         if step < SHORT {
             self.friction.iter_mut().for_each(|cone| cone.aim_centre(mu));
             self.pairs(|pair| pair.aim_centre(mu));
-            f64::run(FindDirection { method: self, stage, twist: &solution.twist });
+            self.find_direction(stage, &solution.twist);
             step = self.longest_step();
         }
         if !self.direction.iter().all(|du| du.iter().all(|x| x.is_finite())) {
@@ -229,8 +229,12 @@ impl InteriorPoint {
     }
 
     /// Solves the linear system for the present right-hand sides and lets all pairs follow.
-    #[inline(always)]
     fn find_direction(&mut self, stage: &Stage, twist: &[Vector3<f64>]) {
+        f64::run(FindDirection { method: self, stage, twist });
+    }
+
+    #[inline(always)]
+    fn linearise_and_follow(&mut self, stage: &Stage, twist: &[Vector3<f64>]) {
         for (i, link) in stage.links.iter().enumerate() {
             let change = twist[i] - link.reference;
             let momentum = link.heading.to_link(change.xy()) * link.mass;
@@ -439,7 +443,7 @@ impl Kernel for FindDirection<'_> {
 
     #[inline(always)]
     fn run(self) {
-        self.method.find_direction(self.stage, self.twist);
+        self.method.linearise_and_follow(self.stage, self.twist);
     }
 }
 
