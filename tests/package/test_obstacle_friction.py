@@ -134,6 +134,25 @@ def test_a_limp_chain_that_falls_between_rough_poles_is_held(step):
     assert abs(run.position[-1] - run.position[-5]).max() < 1e-4
 
 
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_a_robot_with_too_little_room_between_rough_pegs_is_not_shot_out(model):
+    """Pegs on both sides demand that the same links make way. Steps run out of solves, and what is left is calm."""
+    sides = [(0.3, 0.09), (0.7, 0.095)]
+    with pytest.warns(UserWarning, match="solves ended before their tolerance"):
+        run = snake_env.simulate(
+            model=model,
+            scene=Scene(obstacles=[Circle(0.05, x, s * y, friction=0.5) for x, y in sides for s in (1, -1)]),
+            start=Start(position=(-0.05, 0.0), heading=0.0, posture="straight"),
+            controller=PD(torque_limit=10.0),
+            integrator=Integrator(step=5e-3),
+            duration=0.025,
+            sample=5e-3,
+        )
+    # Pegs push links out at 0.2 m/s.
+    assert run.residual.max() < 1.0
+    assert abs(run.position[1:] - run.position[:-1]).max() < 5e-3 * 5.0
+
+
 def test_a_robot_sticks_to_a_wall_within_the_cone_of_friction():
     run = on_a_wall(0.8, math.atan(1 / 0.7), duration=10.0, sample=1.0)
     assert abs(run.position[-1] - run.position[1]).max() < 1e-9

@@ -45,15 +45,15 @@ pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
 /// All choices that are compared in 3D.
 pub fn choices_in_space(quick: bool) -> Vec<Choice> {
     let steps = if quick { &QUICK_STEPS_IN_SPACE[..] } else { &STEPS_IN_SPACE[..] };
-    let tolerances: &[f64] = if quick { &[1e-6] } else { &[1e-6, 1e-5, 1e-4, 1e-3] };
-    let of_tolerance = |&tolerance: &f64| {
-        let name = match tolerance {
-            1e-6 => "implicit order 2".to_owned(),
-            _ => format!("implicit order 2, tolerance {tolerance:e}"),
-        };
-        curve(&name, steps, ImplicitConfig { tolerance: Some(tolerance), ..ImplicitConfig::default() })
-    };
-    tolerances.iter().flat_map(of_tolerance).collect()
+    let default = ImplicitConfig::default();
+    let mut choices = curve("implicit order 2", &with_default(steps), default);
+    if !quick {
+        for tolerance in [1e-5, 1e-4, 1e-3] {
+            let name = format!("implicit order 2, tolerance {tolerance:e}");
+            choices.extend(curve(&name, steps, ImplicitConfig { tolerance: Some(tolerance), ..default }));
+        }
+    }
+    choices
 }
 
 /// `steps` and the default one.
@@ -95,8 +95,8 @@ mod tests {
 
     #[test]
     fn choices_are_admissible_and_differ() {
-        for (quick, pegs) in [(false, false), (false, true), (true, true)] {
-            let all = choices(quick, pegs);
+        let planar = [(false, false), (false, true), (true, true)].map(|(quick, pegs)| choices(quick, pegs));
+        for all in planar.into_iter().chain([false, true].map(choices_in_space)) {
             all.iter().for_each(|choice| choice.integrator.validate().unwrap());
             let distinct: HashSet<_> = all.iter().map(|choice| format!("{:?}", choice.integrator)).collect();
             assert_eq!(distinct.len(), all.len());

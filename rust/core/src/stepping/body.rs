@@ -50,6 +50,8 @@ pub struct Body<M: Model> {
     pub(super) solves: u32,
     /// Cost of all parts of the present step in linear solves, the retaken ones included; see [`super::verdict`].
     pub(super) step_solves: u32,
+    /// Whether a stage of the present step was relaxed.
+    pub(super) has_relaxed: bool,
     /// How often the stage of the present part has been postponed.
     pub(super) postponements: u32,
     /// Whether the state is that of a robot rather than of a diverged computation; set by the schemes.
@@ -101,6 +103,7 @@ impl<M: Model> Body<M> {
             path: None,
             solves: 0,
             step_solves: 0,
+            has_relaxed: false,
             postponements: 0,
             is_plausible: true,
         }
@@ -115,11 +118,16 @@ impl<M: Model> Body<M> {
         self.postponements = 0;
     }
 
+    /// Begins a step, with its own budget.
+    pub(super) fn begin_step(&mut self) {
+        (self.step_solves, self.has_relaxed) = (0, false);
+    }
+
     /// Begins an interval of integration.
     pub fn begin(&mut self) {
         self.last_good.copy_from(&self.state);
         self.statistics = StepStatistics::default();
-        self.step_solves = 0;
+        self.begin_step();
         if let Some(path) = &mut self.path {
             path.clear();
         }

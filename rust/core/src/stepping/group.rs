@@ -22,7 +22,7 @@ use super::model::Model;
 use super::sdirk::{EXTRAPOLATION, GAMMA};
 use super::stage::{ContactImpulse, StageInput, StageOutput};
 use super::statistics::StepStatistics;
-use super::verdict::solves_left;
+use super::verdict::{Effort, solves_left};
 use super::{Accuracy, ImplicitConfig};
 
 /// Workspace for up to `T::LANES` robots of one system.
@@ -198,12 +198,14 @@ impl<T: Real, M: Model> Group<M, T> {
             let iterations = solved.outcome.iterations.lane(lane) as u32;
             let body = members.body_mut(lane);
             let is_solved = solved.is_solved::<M>(lane, tolerance);
-            let left = solves_left(body.step_solves, max_iterations);
+            let solves_left = solves_left(body.step_solves, max_iterations);
+            let effort = Effort { solves_left, is_brief: body.has_relaxed };
             let quality = &mut self.quality[lane];
             let mut cost = iterations;
-            match (!is_solved).then(|| self.workspace.fall_back(lane, tolerance, left)).flatten() {
+            match (!is_solved).then(|| self.workspace.fall_back(lane, tolerance, effort)).flatten() {
                 Some(result) => {
                     quality.add_fallback(iterations, &result);
+                    body.has_relaxed |= quality.relaxed > 0;
                     cost = cost.saturating_add(result.cost());
                 }
                 None => quality.add_solve(iterations, !is_solved, solved.residual.lane(lane), solved.gap.lane(lane)),

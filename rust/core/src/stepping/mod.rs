@@ -63,5 +63,5 @@ pub use springs::StageSpring;
 pub use stage::{ContactImpulse, SolvedStage, StageInput, StageKernels, StageOutput};
 pub use state::{Coordinates, LinkPose, MAX_RATE, MAX_SPEED, RobotState, StateOf};
 pub use statistics::StepStatistics;
-pub use verdict::FallbackResult;
-pub(crate) use verdict::{NEARBY, may_fall_back, solves_within};
+pub use verdict::{Effort, FallbackResult};
+pub(crate) use verdict::{NEARBY, is_cheap, may_fall_back, solves_within};

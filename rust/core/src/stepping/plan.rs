@@ -253,7 +253,7 @@ impl StepPlan {
         body.statistics.steps += passed - self.steps;
         self.steps = passed;
         self.rejections = 0;
-        body.step_solves = 0;
+        body.begin_step();
         if passed == interval.steps {
             body.state.time = body.interval_start() + interval.duration;
         }

@@ -14,7 +14,7 @@ use super::energy::EnergyLedger;
 use super::lanes::{Lanes, Members, NO_LANES};
 use super::model::Model;
 use super::record::StageRecord;
-use super::verdict::FallbackResult;
+use super::verdict::{Effort, FallbackResult};
 
 /// Arithmetic over lanes, inlined into [`super::kernels`]: every method is `#[inline(always)]`.
 pub trait StageKernels<T: Real>: Send + Sync {
@@ -59,9 +59,9 @@ pub trait StageInput<T: Real>: Sized {
 pub trait StageOutput<T: Real> {
     type Model: Model;
 
-    /// Solves the stage of one lane by the fallback; `None` if it has a value that is not finite, or would cost more than
-    /// `solves_left`.
-    fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult>;
+    /// Solves the stage of one lane by the fallback as far as `effort` allows; `None` if it has a value that is not finite,
+    /// or too many contacts between links for that.
+    fn fall_back(&mut self, lane: usize, tolerance: f64, effort: Effort) -> Option<FallbackResult>;
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     fn deviation(&self) -> T;
     /// Whether the stage ended so far from its prediction that it has to be predicted again.

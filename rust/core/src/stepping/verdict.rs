@@ -6,17 +6,17 @@
 //!   [`Model::RESIDUAL_FACTOR`] times the tolerance. A residual that is not a number solves nothing.
 //! * A stage that Newton's method did not solve is given to the **fallback**, one robot at a time. The fallback counts
 //!   in `fallbacks` whether or not it succeeds.
-//! * A stage is **unconverged** if the fallback did not solve it either, or was not tried: the stage has a value
-//!   that is not finite, or the step's budget is spent.
+//! * A stage is **unconverged** if the fallback did not solve it either, as where the step's budget is spent, or was not
+//!   tried: the stage has a value that is not finite, or the budget is spent and many links are close to each other.
 //!
 //! A step has a **budget** of [`STEP_BUDGET`] times `max_iterations` linear solves, in which a solve of the fallback with k
 //! contacts between links counts as `1 + k^2 / 50`, as much as it costs, and those of a fallback that does not solve its
 //! stage, or relaxes it, count [`IN_VAIN`] times. Contacts that contradict each other send every stage of every part to the
-//! fallback, and shorter parts do not help. Once the budget is spent, parts are not divided for a penetration and stages do
-//! not go to the fallback: the rest of the step costs what Newton's method takes. What it leaves open counts in
-//! `unconverged`, and what sinks beyond recovery sets `penetrated`. The fallback is not begun either if it would spend more
-//! than what is left: where links are predicted to fly through each other, each of a thousand solves would take in hundreds
-//! of contacts.
+//! fallback, and shorter parts do not help; after the first that is relaxed the fallback is brief ([`Effort`]). Once the budget
+//! is spent, parts are not divided for a penetration, and of the fallback is left what gives a stage an end that takes energy
+//! from the robot. What stays open counts in `unconverged`, and what sinks beyond recovery sets `penetrated`. The full fallback
+//! is not begun either if it would spend more than what is left: where links are predicted to fly through each other, each
+//! of a thousand solves would take in hundreds of contacts.
 //!
 //! The factor relates two norms: solvers bound velocities in the norm of the kinetic energy of all links, certificates
 //! check every law and every link separately, relative to its own mass and inertia. In the plane solutions meet their
@@ -41,6 +41,15 @@ const STEP_BUDGET: u32 = 500;
 /// other.
 const IN_VAIN: u32 = 5;
 
+/// What a step still spends on stages that Newton's method does not solve.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// What is left of its budget.
+    pub solves_left: u32,
+    /// Whether only the first methods are tried before a stage is relaxed: one of this step was.
+    pub is_brief: bool,
+}
+
 /// What is left of the budget of a step that has cost `spent` linear solves: while there is any, the step may be divided,
 /// and may take the fallback.
 pub fn solves_left(spent: u32, max_iterations: u32) -> u32 {
@@ -60,15 +69,24 @@ fn fallback_cost(solves: u32, pairs: u32) -> u32 {
     u32::try_from(u64::from(solves) * solve_cost(pairs)).unwrap_or(u32::MAX)
 }
 
-/// Solves of the fallback with `pairs` contacts between links that fit into what is left of the budget.
+/// Solves of the fallback with `pairs` contacts between links that fit into what is left of the budget if they are in vain,
+/// but what it is expected to take.
 pub(crate) fn solves_within(solves_left: u32, pairs: u32) -> u32 {
-    (u64::from(solves_left) / solve_cost(pairs)) as u32
+    ((u64::from(solves_left / IN_VAIN) / solve_cost(pairs)) as u32).max(FALLBACK_SOLVES)
 }
 
 /// Whether the fallback of a stage with `pairs` contacts between links fits into what is left of the budget.
 pub(crate) fn may_fall_back(solves_left: u32, pairs: u32) -> bool {
     solves_left > 0 && fallback_cost(FALLBACK_SOLVES, pairs) <= solves_left
 }
+
+/// Whether a stage of a step that is out of solves is worth what its end costs with `pairs` contacts between links.
+pub(crate) fn is_cheap(pairs: u32) -> bool {
+    solve_cost(pairs) <= MOST_COST
+}
+
+/// Of one solve, in linear solves without contacts between links.
+const MOST_COST: u64 = 50;
 
 /// Linear solves that the fallback is expected to take.
 const FALLBACK_SOLVES: u32 = 100;

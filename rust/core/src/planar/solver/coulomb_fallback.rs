@@ -40,10 +40,11 @@ impl CoulombFallback {
         stage: &Stage,
         solution: &mut StageSolution,
         tolerance: f64,
+        attempts: u32,
     ) -> (u32, bool) {
         let (limit, mut solves) = (residual_limit(tolerance), 0);
         let mut best = residual(stage, solution);
-        for attempt in 0..3 + PATHS {
+        for attempt in 0..attempts {
             solution.copy_lane(stage, 0, &mut self.trial);
             solves += match attempt {
                 0 => self.near_the_lanes(stage, tolerance),
@@ -73,7 +74,7 @@ impl CoulombFallback {
     ) -> (u32, bool) {
         start_from_free_motion(stage, solution);
         let solves = convex.as_in_lanes(stage, solution, tolerance);
-        let (more, closed) = self.close(convex, stage, solution, tolerance);
+        let (more, closed) = self.close(convex, stage, solution, tolerance, ATTEMPTS);
         (solves + more, closed)
     }
 
@@ -86,16 +87,12 @@ impl CoulombFallback {
         self.near_the_lanes(stage, tolerance)
     }
 
-    /// From the solution without friction at contacts, which is that of an optimisation problem.
+    /// From the solution without friction at contacts.
     fn without_friction(&mut self, convex: &mut ConvexFallback, stage: &Stage, tolerance: f64) -> u32 {
         let Self { trial, smooth, smooth_solution: start, .. } = self;
         stage.copy_lane(0, smooth);
-        smooth.obstacle_friction.clear();
-        smooth.pair_friction.clear();
-        trial.copy_lane(smooth, 0, start);
-        let (solves, closed) = convex.start_again(smooth, start, tolerance);
-        start.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
-        start.pair_friction.resize(stage.pair_friction.len(), 0.0);
+        trial.copy_lane(stage, 0, start);
+        let (solves, closed) = convex.without_friction(smooth, start, tolerance);
         if !closed {
             start_from_free_motion(stage, start);
         }
@@ -129,5 +126,6 @@ fn residual(stage: &Stage, solution: &StageSolution) -> f64 {
     if residual.is_nan() { f64::INFINITY } else { residual }
 }
 
-/// Paths that are tried.
-const PATHS: u32 = 6;
+/// Attempts without paths, and with six of these.
+pub(super) const WITHOUT_PATHS: u32 = 3;
+pub(super) const ATTEMPTS: u32 = WITHOUT_PATHS + 6;

@@ -8,7 +8,7 @@ use crate::planar::{Stage, StageSolution, certify};
 use crate::rows::{demanded_speed, relax};
 use crate::solver::{EXACT, STRAIN, SolveStatus, greatest_impulse, residual_limit};
 
-use super::coulomb_fallback::CoulombFallback;
+use super::coulomb_fallback::{ATTEMPTS, CoulombFallback, WITHOUT_PATHS};
 use super::{InteriorPoint, Newton};
 
 /// Workspace of the fallback, for one robot.
@@ -53,17 +53,28 @@ impl Fallback {
     /// hold the result of another solver or anything else, NaN included; where no method solves the stage, the best is kept of
     /// that and of all that is found. Also returns the number of linear solves.
     pub fn solve_hard(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
+        self.solve(stage, solution, tolerance, false)
+    }
+
+    /// The same; where it is `brief`, a stage with penetrations is relaxed after fewer methods.
+    pub(crate) fn solve(
+        &mut self,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        tolerance: f64,
+        brief: bool,
+    ) -> (u32, SolveStatus) {
         self.convex.energy = stage.energy();
-        let is_convex = stage.is_convex();
+        let (is_convex, demand) = (stage.is_convex(), demanded_speed(&stage.contacts, &stage.pairs));
         self.residual = f64::INFINITY;
         self.keep_if_better(stage, solution);
         let (mut solves, closed) = if is_convex {
             self.convex.close(stage, solution, tolerance)
         } else {
-            self.coulomb.close(&mut self.convex, stage, solution, tolerance)
+            let attempts = if brief && demand > 0.0 { WITHOUT_PATHS } else { ATTEMPTS };
+            self.coulomb.close(&mut self.convex, stage, solution, tolerance, attempts)
         };
         self.keep_if_better(stage, solution);
-        let demand = demanded_speed(&stage.contacts, &stage.pairs);
         let impulse = greatest_impulse(&solution.contact, &solution.pair);
         let may_be_wedged = !is_convex && demand > EXACT && impulse > STRAIN * stage.mass() * demand;
         if closed && !(may_be_wedged && self.residual > EXACT) {
@@ -84,8 +95,31 @@ impl Fallback {
             }
             self.keep_if_better(stage, solution);
         }
+        if !(closed || is_convex) {
+            solves += self.calm(stage, solution, tolerance);
+        }
         self.best.copy_lane(stage, 0, solution);
         (solves, if closed { SolveStatus::Solved } else { SolveStatus::Unsolved })
+    }
+
+    /// For a step that is out of solves: replaces `solution` by that of the optimisation problem without recovery of
+    /// penetrations and without friction at contacts, where the certificate finds that better. Its contacts give the robot no
+    /// energy, unlike what a method has left on its way.
+    pub fn leave(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
+        self.convex.energy = stage.energy();
+        self.residual = f64::INFINITY;
+        self.keep_if_better(stage, solution);
+        let solves = self.calm(stage, solution, tolerance);
+        self.best.copy_lane(stage, 0, solution);
+        (solves, if self.residual <= tolerance { SolveStatus::Solved } else { SolveStatus::Unsolved })
+    }
+
+    fn calm(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> u32 {
+        stage.copy_lane(0, &mut self.relaxed);
+        relax(&mut self.relaxed.contacts, &mut self.relaxed.pairs);
+        let (solves, _) = self.convex.without_friction(&mut self.relaxed, solution, tolerance);
+        self.keep_if_better(stage, solution);
+        solves
     }
 
     fn keep_if_better(&mut self, stage: &Stage, solution: &StageSolution) {
@@ -133,6 +167,20 @@ impl ConvexFallback {
             }
         }
         (solves, false)
+    }
+
+    /// Takes friction from the contacts of `stage`, which makes it an optimisation problem, and solves that from the
+    /// reference velocity; those impulses are zero in `solution`. Returns linear solves and whether that solved it.
+    pub fn without_friction(&mut self, stage: &mut Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, bool) {
+        let rubbing = [stage.obstacle_friction.len(), stage.pair_friction.len()];
+        stage.obstacle_friction.clear();
+        stage.pair_friction.clear();
+        solution.obstacle_friction.clear();
+        solution.pair_friction.clear();
+        let found = self.start_again(stage, solution, tolerance);
+        solution.obstacle_friction.resize(rubbing[0], 0.0);
+        solution.pair_friction.resize(rubbing[1], 0.0);
+        found
     }
 
     /// The method of the lanes. Returns linear solves.

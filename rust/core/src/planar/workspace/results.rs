@@ -9,7 +9,7 @@ use crate::planar::{Body, Heading, Planar, PlanarSystem, StageSolution, Twist, W
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
-    Closing, ContactImpulse, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord, holding,
+    Closing, ContactImpulse, Effort, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord, holding,
 };
 
 use super::Workspace;
@@ -17,9 +17,9 @@ use super::Workspace;
 impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Planar;
 
-    fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult> {
+    fn fall_back(&mut self, lane: usize, tolerance: f64, effort: Effort) -> Option<FallbackResult> {
         let nodes = self.drives.target.len() + 1 + self.awake.of(lane).len();
-        self.fallback.solve_lane(&self.stage, &mut self.solution, (lane, nodes), tolerance, solves_left)
+        self.fallback.solve_lane(&self.stage, &mut self.solution, (lane, nodes), tolerance, effort)
     }
 
     fn deviation(&self) -> T {

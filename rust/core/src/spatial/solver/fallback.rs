@@ -57,12 +57,24 @@ impl Fallback {
         tolerance: f64,
         most: u32,
     ) -> (u32, SolveStatus) {
+        self.solve(stage, solution, tolerance, (most, false))
+    }
+
+    /// The same; where it is `brief`, a stage with penetrations is relaxed after fewer methods.
+    pub(crate) fn solve(
+        &mut self,
+        stage: &Stage,
+        solution: &mut StageSolution,
+        tolerance: f64,
+        (most, brief): (u32, bool),
+    ) -> (u32, SolveStatus) {
         let limit = Spatial::RESIDUAL_FACTOR * tolerance;
         let demand = demanded_speed(&stage.contacts, &stage.pairs);
         let (mut solves, mut is_done, mut residual) = (0, false, f64::INFINITY);
         let (near, far) = METHODS.split_at(NEAR);
         let contradiction = limit.max(CONTRADICTION);
-        for (methods, inaccurate) in [(near, f64::INFINITY), (far, contradiction)] {
+        let at_once = if brief { contradiction } else { f64::INFINITY };
+        for (methods, inaccurate) in [(near, at_once), (far, contradiction)] {
             if is_done || solves >= most {
                 break;
             }
@@ -81,7 +93,30 @@ impl Fallback {
                 }
             }
         }
-        (solves, if residual <= limit { SolveStatus::Solved } else { SolveStatus::Unsolved })
+        if residual <= limit {
+            return (solves, SolveStatus::Solved);
+        }
+        let (more, status) = self.leave(stage, solution, tolerance);
+        (solves + more, status)
+    }
+
+    /// For a step that is out of solves: replaces `solution` by what a few convex problems without recovery of penetrations
+    /// find, where the certificate finds that better. Their contacts give the robot no energy, unlike what a method has left
+    /// on its way.
+    pub fn leave(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
+        let Self { attempt, relaxed, relaxed_solution: calm } = self;
+        let limit = Spatial::RESIDUAL_FACTOR * tolerance;
+        relaxed.copy_from(stage);
+        relax(&mut relaxed.contacts, &mut relaxed.pairs);
+        calm.copy_from(solution);
+        start_from_free_motion(stage, calm);
+        let is_enough = |solution: &StageSolution| certified(relaxed, solution) <= limit;
+        let solves = attempt.coulomb.lag(relaxed, calm, tolerance, MOST_TO_LEAVE, Lag::Follows, is_enough);
+        let [before, after] = [&*solution, calm].map(|solution| certified(stage, solution));
+        if after < before || before.is_infinite() {
+            solution.copy_from(calm);
+        }
+        (solves, if before.min(after) <= limit { SolveStatus::Solved } else { SolveStatus::Unsolved })
     }
 
     /// Takes the solution of the stage with recovery of penetrations switched off, if it is found, and if its forces are
@@ -123,6 +158,9 @@ const METHODS: [(Method, f64); 5] = [
     (Attempt::by_continuation, 1.0),
     (Attempt::strictly, 1.0),
 ];
+
+/// Linear solves of a step that is out of them, after which no other convex problem begins.
+const MOST_TO_LEAVE: u32 = 50;
 
 /// As many of them are tried before a wedge is looked for.
 const NEAR: usize = 2;

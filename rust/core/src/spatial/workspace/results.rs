@@ -13,7 +13,8 @@ use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolut
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
-    Closing, ContactImpulse, EnergyLedger, FallbackResult, Members, SolvedRows, StageOutput, StageRecord, holding,
+    Closing, ContactImpulse, Effort, EnergyLedger, FallbackResult, Members, SolvedRows, StageOutput, StageRecord,
+    holding,
 };
 
 use super::{Motion, Workspace};
@@ -21,9 +22,9 @@ use super::{Motion, Workspace};
 impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Spatial;
 
-    fn fall_back(&mut self, lane: usize, tolerance: f64, solves_left: u32) -> Option<FallbackResult> {
+    fn fall_back(&mut self, lane: usize, tolerance: f64, effort: Effort) -> Option<FallbackResult> {
         let nodes = self.motion.frames.len() + self.awake.of(lane).len();
-        self.fallback.solve_lane(&self.stage, &mut self.solution, (lane, nodes), tolerance, solves_left)
+        self.fallback.solve_lane(&self.stage, &mut self.solution, (lane, nodes), tolerance, effort)
     }
 
     fn deviation(&self) -> T {
