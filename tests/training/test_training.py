@@ -20,7 +20,6 @@ import torch
 from stable_baselines3 import PPO
 from tensorboard.backend.event_processing import event_accumulator
 
-from benchmarks import throughput
 from snake_env import ConfigError
 from snake_env.evaluation import rollout, scores, seeds, statistics
 from snake_env.policies import DEGREE, GaitParameters, GaitPolicy
@@ -289,18 +288,6 @@ def test_the_search_finds_the_faster_gait_on_open_ground(tmp_path, monkeypatch):
     assert content["best"]["omega"] > 140.0
     assert content["gaits"][0]["omega"] == 80.0, "the thesis's gait is tried first"
     assert (tmp_path / "gaits.png").stat().st_size > 5000
-
-
-def test_throughput_prints_rates_and_overheads(tmp_path, capsys):
-    out = tmp_path / "throughput.json"
-    arguments = ["--batches", "1", "8", "--threads", "1", "--seconds", "0.05", "--repetitions", "2", "--out", str(out)]
-    assert throughput.main(arguments) == 0
-    content = json.loads(out.read_text())
-    kinds = [(row["robots"], row["actions"]) for row in content["stepping"]]
-    assert kinds == [(robots, actions) for robots in (1, 8) for actions in ("random", "gait")]
-    assert all(row["steps/s"] > 0 for row in content["stepping"])
-    assert all(row["Gymnasium [us]"] > 0 and row["SB3 [us]"] > 0 for row in content["interface"])
-    assert "interface without physics" in capsys.readouterr().out
 
 
 def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, monkeypatch, capsys):
