@@ -112,18 +112,6 @@ def test_they_keep_the_rules_of_batches(options):
     )
 
 
-def test_a_saved_state_contains_what_is_late():
-    env = SnakeEnv(task="free", observation_delay={"joint_angle": 0.2}, observation_noise={"heading": 0.1})
-    env.reset(seed=0)
-    for _ in range(7):
-        env.step(np.ones(4))
-    saved = env.get_state()
-    expected = [env.step(np.ones(4))[0] for _ in range(6)]
-    other = SnakeEnv(task="free", observation_delay={"joint_angle": 0.2}, observation_noise={"heading": 0.1})
-    other.set_state(saved)
-    np.testing.assert_array_equal([other.step(np.ones(4))[0] for _ in range(6)], expected)
-
-
 def test_obstacles_and_paths_are_part_of_the_state():
     scenes = [Scene(obstacles=[(0.1, 2.0, 0.0)]), Scene(obstacles=[(0.1, 2.0, 0.0), (0.2, 3.0, 1.0)])]
     env = SnakeVectorEnv(2, task="field")

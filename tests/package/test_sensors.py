@@ -358,19 +358,6 @@ def test_they_keep_the_rules_of_environments_and_batches(model):
     check_env(SnakeEnv(**options), skip_render_check=True)
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_saved_states_contain_what_they_read(model):
-    make = lambda: SnakeEnv(model=model, task="course", observation_blocks=BLOCKS)  # noqa: E731
-    env, other = make(), make()
-    env.reset(seed=0)
-    for _ in range(12):
-        now = env.step(np.ones(env.action_space.shape))[0]
-    np.testing.assert_array_equal(other.set_state(env.get_state()), now)
-    for _ in range(3):
-        action = np.ones(env.action_space.shape)
-        np.testing.assert_array_equal(other.step(action)[0], env.step(action)[0])
-
-
 def test_without_obstacles_there_is_nothing_to_touch():
     with pytest.raises(ConfigError, match=r"observation_blocks\[0\]"):
         SnakeEnv(task="free", observation_blocks=["touch"])
