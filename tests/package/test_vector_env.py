@@ -64,25 +64,12 @@ def test_a_goal_reached_in_the_last_step_is_terminated_and_truncated_as_gymnasiu
     assert (ours[2][0], ours[3][0]) == theirs[2:4] == (True, True)
 
 
-def test_row_zero_is_the_single_environment(env_id):
-    batch = gym.make_vec(env_id, num_envs=5)
-    single = gym.make(env_id)
-    rows, infos = batch.reset(seed=11)
-    row, info = single.reset(seed=11)
-    for k in range(20):
-        np.testing.assert_array_equal(row, rows[0])
-        assert info == {name: infos[name][0] for name in info}
-        actions = np.full(batch.action_space.shape, np.sin(k), np.float32)
-        rows, rewards, _, _, infos = batch.step(actions)
-        row, reward, _, _, info = single.step(actions[0])
-        assert reward == rewards[0]
-
-
-def test_a_robot_does_not_depend_on_the_size_of_the_batch():
-    small, large = (gym.make_vec("SnakeField-v1", num_envs=n) for n in (2, 9))
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_a_robot_does_not_depend_on_the_size_of_the_batch(model):
+    small, large = (gym.make_vec("SnakeField-v1", num_envs=n, model=model) for n in (2, 9))
     small.reset(seed=[8, 3])
     large.reset(seed=list(range(9)))
-    actions = np.linspace(-1, 1, 36).reshape(9, 4)
+    actions = np.linspace(-1, 1, large.action_space.sample().size).reshape(9, -1)
     for _ in range(10):
         few, many = small.step(actions[[8, 3]])[0], large.step(actions)[0]
     np.testing.assert_array_equal(few, many[[8, 3]])
