@@ -13,7 +13,8 @@ import signal
 import subprocess
 import sys
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
 from typing import Any
@@ -113,6 +114,25 @@ def in_mujoco(scene: snake_env.Scene, **options: Any) -> tuple[Any, Any]:
     mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_forward(model, data)
     return model, data
+
+
+def advance(model: Any, data: Any, seconds: float, targets: Callable[[float], Any] | None = None) -> None:
+    """Steps of MuJoCo, and the places of bodies after them; ``targets`` are the servos' at the end of each step."""
+    mujoco = import_module("mujoco")
+    for _ in range(round(seconds / model.opt.timestep)):
+        if targets is not None:
+            data.ctrl[:] = targets(data.time + model.opt.timestep)
+        mujoco.mj_step(model, data)
+    mujoco.mj_kinematics(model, data)
+
+
+@contextmanager
+def running(page: Any) -> Iterator[Any]:
+    """A page of the viewer, which stops in the end."""
+    try:
+        yield page
+    finally:
+        page.stop()
 
 
 def run_python(code: str, *, timeout: float = 60, **variables: str) -> str:
