@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from snake_env import ConfigError, SnakeEnv, SnakeVectorEnv, rewards
-from snake_env.testing import check_vector_env
 
 
 def test_reward_terms_add_up_to_the_reward(env_id):
@@ -109,17 +108,8 @@ def test_flags_of_another_type_are_refused(make, flags, dtype):
         env.step(np.zeros((2, 4)))
 
 
-def to_goal(state, action, previous_action):
-    return -np.linalg.norm(state.goal - state.link_position[:, 0], axis=1)
-
-
 def too_far(state, action, previous_action):
     return state["time"] > 0.17
-
-
-def test_own_functions_keep_the_rules_of_batches():
-    options = {"task": "field", "reward_fn": to_goal, "termination_fn": too_far}
-    check_vector_env(lambda **given: SnakeVectorEnv(**options, **given), lambda: SnakeEnv(**options), steps=12)
 
 
 def test_a_function_ends_episodes():
