@@ -56,21 +56,20 @@ def test_checkpoints_are_kept_in_small_number(trained):
     assert kept[-1] == "000004096.zip"
 
 
-def test_a_folder_with_a_run_is_not_overwritten(trained, capsys):
-    assert train.main(["--out", str(trained.path), *SMOKE]) == 2
-    assert "--resume" in capsys.readouterr().err
-
-
-def test_resuming_goes_on_from_the_latest_checkpoint(tmp_path):
+@pytest.mark.parametrize("learner", ["sb3", "ppo"])
+def test_a_run_is_resumed_from_the_latest_checkpoint_and_not_overwritten(learner, tmp_path, capsys):
     out = tmp_path / "run"
-    assert train.main(["--out", str(out), *SMOKE, "--total-steps", "1024"]) == 0
-    assert train.main(["--out", str(out), "--resume", "--no-bar", "--total-steps", "2048"]) == 0
+    arguments = ["--learner", learner, "--out", str(out)]
+    assert train.main([*arguments, *SMOKE, "--total-steps", "1024"]) == 0
+    assert train.main([*arguments, "--resume", "--no-bar", "--total-steps", "2048"]) == 0
     folder = runs.RunFolder(out)
     steps = [row["steps"] for row in folder.read_curve()]
     assert steps == list(range(256, 2049, 256))
     seconds = [row["seconds"] for row in folder.read_curve()]
     assert seconds == sorted(seconds)
     assert folder.latest().stem == "000002048"
+    assert train.main([*arguments, *SMOKE]) == 2
+    assert "--resume" in capsys.readouterr().err
 
 
 def wait_for_checkpoint(folder, seconds=120):
