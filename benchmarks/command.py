@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from benchmarks import equal_error, figures, native, page, throughput
+from benchmarks import equal_error, figures, interface_cost, native, page
 from benchmarks.results import Record, Results
 from benchmarks.targets import all_targets
 from snake_env import _native
@@ -155,7 +155,7 @@ def has_mujoco(progress: Progress) -> bool:
 def interface(quick: bool) -> Iterator[Record]:
     """What ``step`` costs around the physics."""
     for robots in (256,) if quick else (1, 16, 64, 256):
-        yield throughput.overhead("SnakeCourse-v1", robots, 3 if quick else 7)
+        yield interface_cost.overhead("SnakeCourse-v1", robots, 3 if quick else 7)
 
 
 def write(results: Results, folder: Path, pictures: Path, data: str, text: str, images: str) -> None:

@@ -1,4 +1,4 @@
-"""All pictures of the documents: what draws each, and what it shows."""
+"""Pictures of the documents: what draws each, and what it shows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Any
 
 from benchmarks import figures as bench_figures
 from benchmarks.results import Results
-from experiments import browser_pictures, concepts, difficulty, environment_films, touch
+from experiments import browser_pictures, concepts, difficulty, environment_films
 from experiments.origin import digest
 from snake_env import card, drawing, palette, rendering, side_view
 from snake_env.commands.environment_pages import FILMS
@@ -31,6 +31,9 @@ from training.evaluation.loading import task as task_of
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 IMAGES = DOCS / "images"
+
+FINAL = {"touch.png": "e14cf7ac"}
+"""Pictures that are not drawn again, and the commit with what drew them, which their page names."""
 
 Code = tuple[Callable[..., Any] | ModuleType, ...]
 
@@ -55,7 +58,7 @@ class Picture:
 @cache
 def pictures() -> dict[str, Picture]:
     """All by file name."""
-    groups = (_films(), _thesis(), _benchmark(), _difficulty(), _touch(), _inspected(), _browser())
+    groups = (_films(), _thesis(), _benchmark(), _difficulty(), _inspected(), _browser())
     return {name: picture for group in groups for name, picture in group.items()}
 
 
@@ -169,18 +172,6 @@ def _difficulty() -> dict[str, Picture]:
         difficulty.compare(difficulty.Options(fields=FIELDS, picture=path))
 
     return {"difficulty.png": Picture(_drawn(runs, measure), (difficulty, drawing), FIELDS)}
-
-
-def _touch() -> dict[str, Picture]:
-    options = {"difficulty": 1.0, "robot_class": "aiko"}
-    entries = [touch.folder(track) for track in touch.TRACKS]
-    made_from = [digest(path.read_bytes()) for folder in entries for path in sorted(folder.iterdir())]
-
-    def measure(path: Path) -> None:
-        touch.compare(touch.Options(picture=path))
-
-    draw = _drawn((episode("gait", "SnakeField-v1", 0, options),), measure)
-    return {"touch.png": Picture(draw, (touch, drawing), made_from)}
 
 
 INSPECTED = {

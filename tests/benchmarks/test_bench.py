@@ -325,6 +325,13 @@ def test_the_command_measures_and_writes_results_pictures_and_page(monkeypatch, 
     assert Results.read(out / "results.json").complete
 
 
+def test_the_interface_is_timed_without_physics():
+    (row,) = command.interface(quick=True)
+    assert row["robots"] == 256
+    assert row["Gymnasium [us]"] > 0
+    assert row["SB3 [us]"] > 0
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="scripts are not programs there")
 def test_an_interruption_keeps_what_was_measured(monkeypatch, tmp_path):
     pretend(monkeypatch, tmp_path, EMIT + "\ntime.sleep(60)")

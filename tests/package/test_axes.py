@@ -7,7 +7,7 @@ import dataclasses
 import gymnasium as gym
 import numpy as np
 import pytest
-from conftest import in_mujoco
+from conftest import advance, in_mujoco
 
 from snake_env import PD, ConfigError, Gait, Integrator, JointTrajectory, Robot, Scene, Start, simulate
 
@@ -139,7 +139,6 @@ OFFSETS = [0.05, -0.03, 0.0, 0.02, -0.05, 0.04, -0.02]
     ],
 )
 def test_chains_of_hinges_fly_as_in_mujoco(axes, fields):
-    mujoco = pytest.importorskip("mujoco")
     robot = Robot(links=7, axes=axes, gravity=1e-9, joint_limit=np.inf, self_contact=False, **fields)
     count = len(robot.joint_axes)
     bent = 0.4 * np.sin(1.7 * np.arange(count))
@@ -161,9 +160,7 @@ def test_chains_of_hinges_fly_as_in_mujoco(axes, fields):
         model, data = in_mujoco(Scene(), robot=robot, controller=springs, start=start, step=step)
         np.testing.assert_allclose(data.qpos[7:], bent, atol=1e-12)
         data.ctrl[:] = 0.0
-        for _ in range(round(0.6 / step)):
-            mujoco.mj_step(model, data)
-        mujoco.mj_forward(model, data)
+        advance(model, data, 0.6)
         positions = np.array([data.body(f"link_{i}").xipos for i in range(1, 8)])
         reached.append(np.concatenate([positions.ravel(), data.qpos[7:]]))
     # MuJoCo's scheme is of first order.

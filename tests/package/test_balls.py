@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import check_arrays, check_continues, in_mujoco
+from conftest import advance, check_arrays, check_continues, in_mujoco
 
 import snake_env
 from snake_env import ConfigError, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, load_trajectory
@@ -214,7 +214,6 @@ def test_balls_roll_slide_and_meet_as_in_mujoco():
 
     Where rolling friction resists, MuJoCo's ball hovers and hops. It runs ahead by a few percent of what this takes.
     """
-    mujoco = pytest.importorskip("mujoco")
     robot, away = Robot(links=2), Start(position=(0.0, -6.0), posture="straight")
     rolls = Sphere(0.07, 0.0, 0.0, 0.5, ground_friction=0.9, rolling_friction=0.0)
     slides = Sphere(0.07, 0.0, 1.0, 0.5, ground_friction=0.05, rolling_friction=0.0)
@@ -230,8 +229,7 @@ def test_balls_roll_slide_and_meet_as_in_mujoco():
     theirs = []
     for _ in range(6):
         theirs.append([body.xpos.copy() for body in bodies])
-        for _ in range(1000):
-            mujoco.mj_step(model, data)
+        advance(model, data, 0.1)
     way = ours.obstacle_position[-1, :, 0] - ours.obstacle_position[0, :, 0]
     assert way[1] > way[0] > way[2] > 0.2
     assert ours.obstacle_height[0, 3] - ours.obstacle_height[-1, 3] > 0.15

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 from conftest import run_python
 from gymnasium.error import DependencyNotInstalled
-from gymnasium.utils.env_checker import check_env
 
 from snake_env import ConfigError, SnakeEnv, SnakeVectorEnv
-from snake_env.testing import assert_identical, check_vector_env
+from snake_env.testing import assert_identical
 
 
 def test_blocks_of_the_observation_are_chosen_by_name():
@@ -33,12 +32,6 @@ def test_an_observation_may_be_a_mapping_of_blocks():
     assert set(env.single_observation_space.spaces) == {block["name"] for block in env.layout["observation"]}
     whole, parts = flat.step(np.ones((3, 4)))[0], env.step(np.ones((3, 4)))[0]
     np.testing.assert_array_equal(np.concatenate(list(parts.values()), axis=1), whole)
-
-
-def test_mappings_keep_the_rules_of_environments():
-    options = {"task": "field", "observation": "dict", "max_episode_steps": 5}
-    check_env(SnakeEnv(**options), skip_render_check=True)
-    check_vector_env(lambda **given: SnakeVectorEnv(**options, **given), lambda: SnakeEnv(**options), steps=12)
 
 
 def test_stable_baselines_learns_from_mappings():

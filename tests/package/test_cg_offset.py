@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from snake_env import ConfigError, Gait, Integrator, IOLinearizing, Robot, Scene, Start, simulate
-from snake_env.testing import assert_identical
 from snake_env.viewer.frames import Frames
 
 OFFSET = [0.05, -0.04, 0.0, 0.03, -0.02, 0.01, 0.04]
@@ -29,17 +28,13 @@ def test_positions_are_those_of_cgs_and_joints_stay_at_the_ends(model):
 
 
 @pytest.mark.parametrize("env_id", ["SnakeField-v1", "SnakeSpatial-v1"])
-def test_environments_know_the_middles_of_links_and_continue_from_saved_states(env_id):
+def test_environments_know_the_middles_of_links(env_id):
     envs = gym.make_vec(env_id, num_envs=2, robot=ROBOT)
     envs.reset(seed=0)
-    core = envs.unwrapped
     envs.action_space.seed(0)
-    envs.step(envs.action_space.sample())
-    saved, action = core.get_state(), envs.action_space.sample()
-    expected = [envs.step(action) for _ in range(5)]
-    core.set_state(saved)
-    assert_identical([envs.step(action) for _ in range(5)], expected, "after set_state")
-    state = core.state()
+    for _ in range(6):
+        envs.step(envs.action_space.sample())
+    state = envs.unwrapped.state()
     np.testing.assert_array_equal(state.link_cg_offset, OFFSET)
     rear, front = (state.link_middle + side * 0.061 * state.link_axis for side in (1.0, -1.0))
     np.testing.assert_allclose(rear[:, :-1], front[:, 1:], atol=1e-12)

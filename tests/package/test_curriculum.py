@@ -7,10 +7,9 @@ import copy
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 from snake_env import ConfigError, Noise, Randomization, SnakeEnv, SnakeVectorEnv
-from snake_env.testing import assert_identical, check_vector_env
+from snake_env.testing import assert_identical
 
 
 def after_reset(env, seed=4):
@@ -61,12 +60,6 @@ def test_a_callback_of_stable_baselines_reaches_it():
 def test_a_difficulty_out_of_range_is_named(difficulty):
     with pytest.raises(ConfigError, match=r"^difficulty = "):
         SnakeVectorEnv(3, task="field").set_difficulty(difficulty)
-
-
-def test_a_randomised_environment_passes_every_checker():
-    options = {"task": "field", "randomization": Randomization.thesis(), "max_episode_steps": 8}
-    check_env(SnakeEnv(**options), skip_render_check=True)
-    check_vector_env(lambda **given: SnakeVectorEnv(**options, **given), lambda: SnakeEnv(**options), steps=12)
 
 
 def test_what_is_randomised_differs_between_episodes():

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from conftest import in_mujoco
+from conftest import advance, in_mujoco
 
 from snake_env import (
     PD,
@@ -73,17 +73,16 @@ def test_joints_have_the_limits_of_the_spatial_model(limit, is_limited):
         np.testing.assert_allclose(model.jnt_range[1:], [[-np.pi / 2, np.pi / 2]] * 20)
 
 
-def advance(model, data, seconds):
-    for _ in range(round(seconds / model.opt.timestep)):
-        mujoco.mj_step(model, data)
-    mujoco.mj_forward(model, data)
+def servo_targets(gait, controller):
+    """Of the ten cardan joints [rad] as a function of time; ahead of the angles, as the damping of the servos holds
+    back."""
 
+    def targets(time):
+        both = [gait.reference(np.array([time]), 10, vertical) for vertical in (False, True)]
+        angle, rate = (np.stack([wave[name][0] for wave in both], axis=-1).ravel() for name in ("angle", "rate"))
+        return angle + controller.kd / controller.kp * rate
 
-def servo_targets(gait, time, controller):
-    """Of the ten cardan joints at one time [rad]; ahead of the angles, as the damping of the servos holds back."""
-    both = [gait.reference(np.array([time]), 10, vertical) for vertical in (False, True)]
-    angle, rate = (np.stack([wave[name][0] for wave in both], axis=-1).ravel() for name in ("angle", "rate"))
-    return angle + controller.kd / controller.kp * rate
+    return targets
 
 
 def slope(friction, share, heading):
@@ -131,9 +130,7 @@ def test_sidewinding_covers_the_same_ground_in_both(friction):
     run = simulate(model="spatial", scene=scene, gait=gait, controller=controller, duration=6.0, sample=1.0)
     model, data = in_mujoco(scene, controller=controller, gait=gait, step=0.001)
     before = links(model, data).mean(axis=0)
-    for _ in range(6000):
-        data.ctrl[:] = servo_targets(gait, data.time + 0.001, controller)
-        mujoco.mj_step(model, data)
+    advance(model, data, 6.0, servo_targets(gait, controller))
     theirs = (links(model, data).mean(axis=0) - before)[:2]
     ours = (run.position[-1].mean(axis=0) - run.position[0].mean(axis=0))[:2]
     assert np.hypot(*ours) > 0.2
@@ -160,8 +157,7 @@ def test_locked_joints_hold_and_limp_ones_have_no_actuator(step):
 
 def test_the_ground_carries_the_weight_and_a_slope_pulls():
     model, data = in_mujoco(Scene())
-    for _ in range(1000):
-        mujoco.mj_step(model, data)
+    mujoco.mj_step(model, data, 1000)
     heights = links(model, data)[:, 2]
     np.testing.assert_allclose(heights, 0.0525, atol=1e-3)
     steep = in_mujoco(Scene(slope=(0.3, 0.5 * np.pi)))[0].opt.gravity
@@ -180,8 +176,7 @@ def test_obstacles_stop_a_robot():
         scene = Scene(obstacles=[obstacle], friction=(0.0, 0.0))
         model, data = in_mujoco(scene, start=Start(heading=np.pi, posture="straight"))
         data.qvel[0] = 0.5
-        for _ in range(1000):
-            mujoco.mj_step(model, data)
+        mujoco.mj_step(model, data, 1000)
         # Its face is at x = 0.4 m, and the leading link ends 0.0918 m before its CG.
         assert links(model, data)[:, 0].max() < 0.4 - 0.0918 + 0.01, obstacle
         open_ground = 0.5 * model.opt.timestep * 1000
@@ -216,10 +211,7 @@ def test_a_robot_on_a_height_field_moves_as_in_mujoco(friction, gait, seconds, a
     run = simulate(model="spatial", scene=scene, duration=seconds, integrator=Integrator(precision="fine"), **options)
     model, data = in_mujoco(scene, step=1e-4, **options)
     np.testing.assert_allclose(links(model, data), run.position[0], atol=1e-9)
-    for _ in range(round(seconds / 1e-4)):
-        data.ctrl[:] = servo_targets(gait, data.time + 1e-4, controller)
-        mujoco.mj_step(model, data)
-    mujoco.mj_kinematics(model, data)
+    advance(model, data, seconds, servo_targets(gait, controller))
     difference = np.abs(links(model, data) - run.position[-1]).max(axis=0)
     assert np.abs(run.position[-1] - run.position[0]).max() > 0.03
     assert (difference < [apart, apart, heights_apart]).all(), difference
@@ -237,10 +229,7 @@ def test_a_robot_pushes_a_box_in_3d_as_in_mujoco():
     for _ in range(8):
         places.append(body.xpos[:2].copy())
         turns.append(np.arctan2(body.xmat[3], body.xmat[0]) - box.angle)
-        for _ in range(1000):
-            data.ctrl[:] = servo_targets(gait, data.time + 1e-4, controller)
-            mujoco.mj_step(model, data)
-        mujoco.mj_kinematics(model, data)
+        advance(model, data, 0.1, servo_targets(gait, controller))
     assert run.obstacle_position[-1, 0, 0] > box.x + 0.05
     assert run.obstacle_angle[-1, 0] < -0.4
     np.testing.assert_allclose(run.obstacle_position[:, 0], places, atol=1e-4)
@@ -258,9 +247,7 @@ def test_a_robot_pushes_a_ball_as_in_mujoco():
     places = []
     for _ in range(11):
         places.append(data.body("obstacle_1").xpos.copy())
-        for _ in range(1000):
-            data.ctrl[:] = servo_targets(gait, data.time + 1e-4, controller)
-            mujoco.mj_step(model, data)
+        advance(model, data, 0.1, servo_targets(gait, controller))
     assert run.obstacle_position[-1, 0, 0] > ball.x + 0.08
     np.testing.assert_allclose(run.obstacle_position[:, 0], np.array(places)[:, :2], atol=2e-4)
     np.testing.assert_allclose(run.obstacle_height[:, 0], np.array(places)[:, 2], atol=2e-4)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gymnasium
 import numpy as np
 import pytest
-from conftest import in_mujoco
+from conftest import advance, in_mujoco
 
 import snake_env
 from snake_env import PD, ConfigError, Gait, Integrator, Motor, Robot, Scene, Start
@@ -133,23 +133,13 @@ def test_motors_that_joints_cannot_have_are_named(fields, message):
         Robot(motor=fields["motor"], backlash=[0.1] * 9 + [0.0])
 
 
-def test_saved_states_and_runs_keep_motors(tmp_path):
+def test_saved_runs_keep_motors(tmp_path):
     motor = Motor(stall_torque=4.0, no_load_speed=3.0, rotor_inertia=1e-3, gear_friction=0.4)
     run = snake_env.simulate(robot=Robot(motor=motor), duration=0.3)
     run.save(tmp_path / "run.npz")
     again = snake_env.load_trajectory(tmp_path / "run.npz")
     assert again.robot == run.robot
     np.testing.assert_array_equal(again.electrical_power, run.electrical_power)
-    envs = gymnasium.make_vec("SnakeField-v1", num_envs=2, robot=Robot(motor=motor))
-    envs.reset(seed=1)
-    action = np.tile(np.linspace(-1.0, 1.0, envs.single_action_space.shape[0], dtype=np.float32), (2, 1))
-    for _ in range(10):
-        envs.step(action)
-    saved = envs.unwrapped.get_state()
-    first = envs.step(action)[0]
-    envs.unwrapped.set_state(saved)
-    np.testing.assert_array_equal(envs.step(action)[0], first)
-    envs.close()
 
 
 @pytest.mark.parametrize(
@@ -212,7 +202,6 @@ def test_a_motor_without_limits_changes_nothing(model):
 
 def test_rotor_and_gear_move_as_in_mujoco():
     """In free flight at small steps."""
-    mujoco = pytest.importorskip("mujoco")
     motor = Motor(rotor_inertia=2e-5, gear_ratio=10.0, gear_friction=0.3, gear_damping=0.03)
     robot = Robot(links=4, gravity=1e-6, motor=motor, axes=["yaw", "pitch", "yaw"], self_contact=False)
     controller, scene = PD(kp=8.0, kd=0.05), Scene(friction=(0.0, 0.0))
@@ -221,10 +210,9 @@ def test_rotor_and_gear_move_as_in_mujoco():
     target = np.array([0.5, -0.4, 0.3])
     data.ctrl[:] = target
     angles = []
-    for step in range(5001):
-        if step % 1000 == 0:
-            angles.append(data.qpos[7:].copy())
-        mujoco.mj_step(model, data)
+    for _ in range(6):
+        angles.append(data.qpos[7:].copy())
+        advance(model, data, 0.1)
     held = snake_env.JointTrajectory(time=[0.0, 1.0], angle=np.tile(target, (2, 1)))
     run = snake_env.simulate(
         "spatial",

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import check_arrays, check_continues, in_mujoco
+from conftest import advance, check_arrays, check_continues, in_mujoco
 
 import snake_env
 from snake_env import ConfigError, Integrator, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start, load_trajectory
@@ -197,7 +197,6 @@ def test_pictures_and_viewer_show_how_far_a_spring_is_drawn_out():
 
 def test_a_peg_yields_under_its_weight_as_in_mujoco():
     """Down a slope: one swings about its rest, one with friction stops before it, one meets its stop."""
-    mujoco = pytest.importorskip("mujoco")
     robot = Robot(links=2)
     away = Start(position=(0.0, -4.0), posture="straight")
     free = Circle(0.08, 0.3, 0.0, mass=1.0, stiffness=60.0, damping=3.0)
@@ -208,8 +207,7 @@ def test_a_peg_yields_under_its_weight_as_in_mujoco():
     ours = snake_env.simulate(scene=scene, robot=robot, start=away, duration=3.0, sample=0.1)
     theirs = [[[one.x, one.y] for one in scene.obstacles]]
     for _ in range(30):
-        for _ in range(1000):
-            mujoco.mj_step(model, data)
+        advance(model, data, 0.1)
         theirs.append([data.body(f"obstacle_{j}").xpos[:2].copy() for j in (1, 2, 3)])
     way = ours.obstacle_position[..., 0] - [one.x for one in scene.obstacles]
     rest = 9.81 * np.sin(0.3) / 60.0
@@ -226,7 +224,6 @@ def test_a_peg_yields_under_its_weight_as_in_mujoco():
 
 def test_a_disc_that_slides_into_another_moves_as_in_mujoco():
     """Down a slope that holds the robot and the second disc: an impact off the line of centres, and what follows."""
-    mujoco = pytest.importorskip("mujoco")
     robot = Robot(links=2)
     away = Start(position=(0.0, -4.0), posture="straight")
     first = Circle(0.1, 0.0, 0.0, mass=2.0, ground_friction=0.1)
@@ -238,8 +235,7 @@ def test_a_disc_that_slides_into_another_moves_as_in_mujoco():
     ours = snake_env.simulate(scene=scene, robot=robot, start=away, duration=0.9, sample=0.3)
     theirs = [np.array([data.body(f"obstacle_{j}").xpos[:2] for j in (1, 2)])]
     for _ in range(3):
-        for _ in range(3000):
-            mujoco.mj_step(model, data)
+        advance(model, data, 0.3)
         theirs.append(np.array([data.body(f"obstacle_{j}").xpos[:2] for j in (1, 2)]))
     assert ours.obstacle_position[-1, 1, 0] > second.x + 0.2
     np.testing.assert_allclose(ours.obstacle_position[1], theirs[1], atol=1e-4)
@@ -350,7 +346,6 @@ def test_boxes_slide_and_turn_as_in_mujoco():
 
     MuJoCo's friction acts at the corners of a box, so that rough ones are alike only while they do not turn.
     """
-    mujoco = pytest.importorskip("mujoco")
     robot = Robot(links=2)
     away = Start(position=(0.0, -6.0), posture="straight")
     box = Box((0.2, 0.3), 0.0, 0.0, 0.2, mass=2.0, ground_friction=0.0)
@@ -369,8 +364,7 @@ def test_boxes_slide_and_turn_as_in_mujoco():
         places.append([body.xpos[:2].copy() for body in bodies])
         turn = [np.arctan2(body.xmat[3], body.xmat[0]) - first for body, first in zip(bodies, headings, strict=True)]
         turns.append((np.array(turn) + np.pi) % (2.0 * np.pi) - np.pi)
-        for _ in range(500):
-            mujoco.mj_step(model, data)
+        advance(model, data, 0.05)
     assert np.abs(ours.obstacle_angle[-1, :2]).min() > 0.1
     assert ours.max_penetration < 1e-3
     np.testing.assert_allclose(ours.obstacle_position[:, 2], np.array(places)[:, 2], atol=2e-4)

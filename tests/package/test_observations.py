@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from snake_env import ConfigError, Randomization, Scene, SnakeEnv, SnakeVectorEnv
-from snake_env.testing import check_vector_env
 
 VARIED = Randomization(friction=(0.5, 1.5), anisotropy=(0.8, 1.2), mass=(0.8, 1.2), torque_limit=(0.7, 1.0))
 
@@ -96,32 +95,6 @@ def test_a_late_block_is_that_of_some_periods_ago():
         then = blocks(env, clean[max(k - 3, 0)][0])
         np.testing.assert_array_equal(found["velocity"], then["velocity"])
         np.testing.assert_array_equal(found["joint_angle"], present["joint_angle"])
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"observation_noise": {"joint_rate": 0.1}, "observation_delay": {"pegs": 0.1, "joint_angle": 0.25}},
-        {"privileged": True, "randomization": VARIED},
-    ],
-)
-def test_they_keep_the_rules_of_batches(options):
-    check_vector_env(
-        lambda **keywords: SnakeVectorEnv(task="field", max_episode_steps=9, **options, **keywords),
-        lambda: SnakeEnv(task="field", max_episode_steps=9, **options),
-    )
-
-
-def test_a_saved_state_contains_what_is_late():
-    env = SnakeEnv(task="free", observation_delay={"joint_angle": 0.2}, observation_noise={"heading": 0.1})
-    env.reset(seed=0)
-    for _ in range(7):
-        env.step(np.ones(4))
-    saved = env.get_state()
-    expected = [env.step(np.ones(4))[0] for _ in range(6)]
-    other = SnakeEnv(task="free", observation_delay={"joint_angle": 0.2}, observation_noise={"heading": 0.1})
-    other.set_state(saved)
-    np.testing.assert_array_equal([other.step(np.ones(4))[0] for _ in range(6)], expected)
 
 
 def test_obstacles_and_paths_are_part_of_the_state():

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import snake_env
-from experiments import stiction_cases
 from snake_env import PD, ConfigError, Gait, Integrator, Robot, Scene, Start
 from snake_env.obstacles import Box, Circle, Cylinder, Segment
 
@@ -192,22 +191,6 @@ def test_a_rod_dropped_on_a_very_rough_floor_is_solved_in_steps_of_any_length(st
     assert run.unconverged.sum() == 0
     assert run.max_penetration < 1e-6
     np.testing.assert_allclose(run.position[-1, :, 1], RADIUS, atol=1e-6)
-
-
-@pytest.mark.parametrize("step", STEPS)
-def test_two_links_brace_themselves_between_rough_walls(step):
-    case = stiction_cases.braced()
-    run = snake_env.simulate(
-        robot=case.robot,
-        scene=case.scene,
-        gait=case.target,
-        controller=stiction_cases.SERVO,
-        integrator=Integrator(step=step),
-        start=case.start,
-        duration=2.0,
-    )
-    assert run.unconverged.sum() == 0
-    assert abs(run.position[-1] - run.position[10]).max() < 1e-9
 
 
 def limp_over_a_circle(mu: float, load: float, around: int, step: float) -> snake_env.Trajectory:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from conftest import advance
 
 from snake_env import PD, ConfigError, Integrator, JointTrajectory, Motor, Robot, Scene, Start, simulate
 from snake_env.config.robot import per_link
@@ -184,8 +185,7 @@ def test_a_chain_from_a_file_flies_as_in_mujoco(tmp_path, from_text):
 
     offset = links()[0] - run.position[0, 0]
     np.testing.assert_allclose(links() - offset, run.position[0], atol=1e-9)
-    for _ in range(300):
-        mujoco.mj_step(model, data)
+    advance(model, data, 0.3)
     assert np.abs(run.joint_angle[1] - bent).max() > 0.3
     np.testing.assert_allclose(data.qpos[7:], run.joint_angle[1], atol=1e-4)
     np.testing.assert_allclose(links() - offset, run.position[1], atol=1e-5)

@@ -7,11 +7,9 @@ import math
 
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 from snake_env import ConfigError, Integrator, Motor, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start
 from snake_env.obstacles import Box, Circle, Cylinder, Polygon, Segment
-from snake_env.testing import check_vector_env
 
 BLOCKS = ["accelerometer", "gyro", "motor_torque", "touch", "touch_side", "range"]
 MODELS = ["planar", "spatial"]
@@ -348,27 +346,6 @@ def test_in_a_mirrored_scene_they_change_as_their_parities_say(model):
             np.testing.assert_allclose(mirrored, expected, atol=1e-3, err_msg=block["name"])
         touched += np.abs(one).sum()
     assert touched > 0.0
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_they_keep_the_rules_of_environments_and_batches(model):
-    options = {"model": model, "task": "field", "max_episode_steps": 9, "observation_blocks": BLOCKS}
-    options |= {"observation_noise": {"range": 0.05, "gyro": 0.1}, "observation_delay": {"accelerometer": 0.1}}
-    check_vector_env(lambda **keywords: SnakeVectorEnv(**options, **keywords), lambda: SnakeEnv(**options))
-    check_env(SnakeEnv(**options), skip_render_check=True)
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_saved_states_contain_what_they_read(model):
-    make = lambda: SnakeEnv(model=model, task="course", observation_blocks=BLOCKS)  # noqa: E731
-    env, other = make(), make()
-    env.reset(seed=0)
-    for _ in range(12):
-        now = env.step(np.ones(env.action_space.shape))[0]
-    np.testing.assert_array_equal(other.set_state(env.get_state()), now)
-    for _ in range(3):
-        action = np.ones(env.action_space.shape)
-        np.testing.assert_array_equal(other.step(action)[0], env.step(action)[0])
 
 
 def test_without_obstacles_there_is_nothing_to_touch():

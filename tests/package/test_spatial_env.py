@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from snake_env import ConfigError, SnakeVectorEnv
-from snake_env.testing import assert_identical
 
 
 def make(num_envs=4, **options):
@@ -18,27 +17,6 @@ def run(env, steps, seed=0):
     """Results of random actions."""
     env.action_space.seed(seed)
     return [env.step(env.action_space.sample()) for _ in range(steps)]
-
-
-def test_rows_do_not_depend_on_threads_or_on_the_size_of_the_batch():
-    whole = make(12, task="field", num_threads=1, max_episode_steps=9)
-    parted = make(12, task="field", num_threads=2, max_episode_steps=9)
-    assert_identical(whole.reset(seed=3), parted.reset(seed=3), "reset")
-    assert_identical(run(whole, 20), run(parted, 20), "threads")
-    single = make(1, task="field", num_threads=1, max_episode_steps=9)
-    whole.reset(seed=3), single.reset(seed=3)
-    actions = np.random.default_rng(0).uniform(-1, 1, (8, 12, 6))
-    for action in actions:
-        np.testing.assert_array_equal(whole.step(action)[0][:1], single.step(action[:1])[0])
-
-
-def test_a_broken_action_is_refused_by_name():
-    env = make()
-    env.reset(seed=0)
-    actions = np.zeros((4, 6))
-    actions[2, 5] = np.nan
-    with pytest.raises(ConfigError, match=r"action\[2, 5\]"):
-        env.step(actions)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ import pytest
 
 import snake_env
 from snake_env import ConfigError, Gait, Robot, Scene, SnakeEnv, SnakeVectorEnv, Start
-from snake_env.testing import check_vector_env
 
 SPATIAL = {"model": "spatial", "task": "free"}
 RAISED = Start(position=(0.0, 0.0, 0.35), pitch=0.5, posture="straight")
@@ -61,11 +60,6 @@ def test_room_is_measured_where_the_robot_is():
     SnakeEnv(scene=scene, start=Start(pitch=math.pi / 2, **lying), **SPATIAL).reset(seed=0)
     with pytest.raises(ConfigError, match=r"^scene\.obstacles\[0\] = "):
         SnakeEnv(scene=scene, start=Start(heading=0.0, posture="straight", position=(-1.0, 0.0)), **SPATIAL)
-
-
-def test_raised_starts_keep_the_rules_of_batches():
-    options = {**SPATIAL, "start": RAISED, "max_episode_steps": 5}
-    check_vector_env(lambda **given: SnakeVectorEnv(**options, **given), lambda: SnakeEnv(**options), steps=12)
 
 
 def test_a_reset_raises_some_robots_once():

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
-from snake_env import ConfigError, Gait, Integrator, Randomization, Robot, Scene, simulate
-from snake_env.testing import assert_identical
+from snake_env import ConfigError, Gait, Integrator, Scene, simulate
 
 SCENE = Scene(friction=(0.1, 0.4), spin_friction=0.05)
 
@@ -35,18 +33,3 @@ def test_a_disc_takes_work_from_a_gait_and_a_point_none():
 def test_others_refuse_it(options, needs):
     with pytest.raises(ConfigError, match=rf"scene\.spin_friction = 0\.05: expected 0: .*{needs}"):
         simulate(scene=SCENE, duration=0.1, **options)
-
-
-def test_environments_have_it_and_continue_from_saved_states():
-    envs = gym.make_vec(
-        "SnakeFree-v1", num_envs=3, scene=SCENE, robot=Robot(links=7), randomization=Randomization(friction=(0.5, 1.5))
-    )
-    envs.reset(seed=0)
-    envs.action_space.seed(0)
-    for _ in range(5):
-        envs.step(envs.action_space.sample())
-    saved, action = envs.unwrapped.get_state(), envs.action_space.sample()
-    expected = [envs.step(action) for _ in range(8)]
-    envs.unwrapped.set_state(saved)
-    assert_identical([envs.step(action) for _ in range(8)], expected, "after set_state")
-    assert (expected[-1][-1]["unconverged"] == 0).all()

@@ -11,7 +11,8 @@ import pytest
 from conftest import run_python
 
 import snake_env
-from snake_env import ConfigError, SnakeEnv, SnakeVectorEnv
+from snake_env import ConfigError, Motor, Patch, Randomization, Robot, Scene, SnakeEnv, SnakeVectorEnv
+from snake_env.obstacles import Box, Polygon, Segment
 from snake_env.testing import assert_identical
 
 
@@ -31,6 +32,73 @@ def test_restored_states_continue_bit_for_bit(env_id, mode):
     run(env, 5, seed=7)
     env.set_state(states)
     assert_identical(run(env, 12), expected, "after set_state")
+
+
+OFFSET = [0.05, -0.04, 0.0, 0.03, -0.02, 0.01, 0.04]
+SENSORS = ["accelerometer", "gyro", "motor_torque", "touch", "touch_side", "range"]
+WALLS = (
+    Segment((1.0, -0.6), (1.1, 0.7)),
+    Box((0.4, 0.1), 0.2, -0.8, angle=0.4),
+    Polygon(((-1.3, 0.5), (-0.7, 0.6), (-1.0, 0.9))),
+)
+ICE = Patch(vertices=[(-9.0, 0.0), (9.0, 0.0), (9.0, 9.0), (-9.0, 9.0)], factor=0.1)
+MODELS = ("planar", "spatial")
+KEPT = {
+    "motors": {"task": "field", "robot": Robot(motor=Motor(4.0, 3.0, rotor_inertia=1e-3, gear_friction=0.4))},
+    "spin friction": {
+        "task": "free",
+        "scene": Scene(friction=(0.1, 0.4), spin_friction=0.05),
+        "robot": Robot(links=7),
+        "randomization": Randomization(friction=(0.5, 1.5)),
+    },
+    "play and ground": {
+        "task": "course",
+        "randomization": Randomization(backlash=(0.0, np.radians(5)), stribeck=(0.0, 0.4)),
+    },
+    "what is late": {
+        "task": "free",
+        "observation_delay": {"joint_angle": 0.2},
+        "observation_noise": {"heading": 0.1},
+    },
+    "CGs": {"task": "field", "robot": Robot(links=7, cg_offset=OFFSET)},
+    "CGs in 3D": {"model": "spatial", "task": "free", "robot": Robot(links=7, cg_offset=OFFSET)},
+    **{
+        f"{name}, {model}": {"model": model, **options}
+        for model in MODELS
+        for name, options in {
+            "sensors": {"task": "course", "observation_blocks": SENSORS},
+            "walls": {"task": "free", "scene": Scene(obstacles=WALLS, friction=(0.2, 0.5))},
+            "patches": {
+                "task": "free",
+                "scene": Scene(friction=(0.2, 0.5), patches=[ICE]),
+                "randomization": Randomization(friction=(0.5, 1.5)),
+            },
+        }.items()
+    },
+}
+
+
+@pytest.mark.parametrize("options", KEPT.values(), ids=KEPT)
+def test_a_state_has_all_that_a_robot_has(options):
+    """Other environments of the same task, new or in an episode of their own, go on from it bit for bit."""
+    env, new, used = (SnakeVectorEnv(3, **options) for _ in range(3))
+    env.reset(seed=3)
+    used.reset(seed=99)
+    actions = np.random.default_rng(5).uniform(-1, 1, (6, *env.action_space.shape)).astype(np.float32).repeat(5, axis=0)
+    before, after = actions[:20], actions[20:]
+    last = [env.step(action) for action in before][-1][0]
+    states, scenes = env.get_state(), [env.scene(k) for k in range(3)]
+    expected, end = [env.step(action) for action in after], env.state().arrays()
+    for other in (env, new, used):
+        assert_identical(other.set_state(states), last, "the present observation")
+        assert [other.scene(k) for k in range(3)] == scenes
+        assert_identical([other.step(action) for action in after], expected, "after set_state")
+        assert_identical(other.state().arrays(), end, "the state after that")
+    single = SnakeEnv(**options)
+    assert_identical(single.set_state(states[1]), last[1], "the present observation of the single environment")
+    rows = [single.step(action[1])[0] for action in after]
+    assert_identical(rows, [observation[1] for observation, *_ in expected], "the single environment")
+    assert all((infos["unconverged"] == 0).all() for *_, infos in expected)
 
 
 def test_a_state_fits_any_row_of_any_batch_of_the_same_task():

@@ -16,10 +16,11 @@ from snake_env.testing import assert_identical
 
 
 @pytest.mark.parametrize("threads", [2, 3, 7])
-def test_results_do_not_depend_on_the_number_of_threads(threads):
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_results_do_not_depend_on_the_number_of_threads(model, threads):
     runs = []
     for num_threads in (1, threads):
-        env = gym.make_vec("SnakeField-v1", num_envs=20, num_threads=num_threads, max_episode_steps=6)
+        env = gym.make_vec("SnakeField-v1", num_envs=20, model=model, num_threads=num_threads, max_episode_steps=6)
         env.action_space.seed(0)
         runs.append([env.reset(seed=0)] + [env.step(env.action_space.sample()) for _ in range(15)])
     assert_identical(*runs, f"1 and {threads} threads")

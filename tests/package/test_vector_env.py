@@ -6,10 +6,10 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from conftest import MODES
-from gymnasium.utils.env_checker import data_equivalence
+from gymnasium.utils.env_checker import check_env, data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from snake_env import SnakeVectorEnv
+from snake_env import Randomization, SnakeEnv, SnakeVectorEnv, Start
 from snake_env.testing import assert_identical, check_vector_env
 
 
@@ -21,6 +21,48 @@ def test_the_checker_finds_nothing(env_id, action_mode):
         lambda: gym.make(env_id, **keywords),
         steps=25,
     )
+
+
+def to_goal(state, action, previous_action):
+    return -np.linalg.norm(state.goal - state.link_position[:, 0], axis=1)
+
+
+def too_far(state, action, previous_action):
+    return state["time"] > 0.17
+
+
+VARIED = Randomization(friction=(0.5, 1.5), anisotropy=(0.8, 1.2), mass=(0.8, 1.2), torque_limit=(0.7, 1.0))
+SENSING = {
+    "task": "field",
+    "observation_blocks": ["accelerometer", "gyro", "motor_torque", "touch", "touch_side", "range"],
+    "observation_noise": {"range": 0.05, "gyro": 0.1},
+    "observation_delay": {"accelerometer": 0.1},
+}
+WITH = {
+    "blocks": {"task": "field", "observation": "dict"},
+    "functions": {"task": "field", "reward_fn": to_goal, "termination_fn": too_far},
+    "randomised": {"task": "field", "randomization": Randomization.thesis()},
+    "privileged": {"task": "field", "privileged": True, "randomization": VARIED},
+    "noise and delay": {
+        "task": "field",
+        "observation_noise": {"joint_rate": 0.1},
+        "observation_delay": {"pegs": 0.1, "joint_angle": 0.25},
+    },
+    "sensors": SENSING,
+    "sensors in 3D": {"model": "spatial", **SENSING},
+    "raised": {
+        "model": "spatial",
+        "task": "free",
+        "start": Start(position=(0.0, 0.0, 0.35), pitch=0.5, posture="straight"),
+    },
+}
+
+
+@pytest.mark.parametrize("options", WITH.values(), ids=WITH)
+def test_the_checkers_find_nothing_with_what_may_be_asked_for(options):
+    options = {"max_episode_steps": 8, **options}
+    check_env(SnakeEnv(**options), skip_render_check=True)
+    check_vector_env(lambda **given: SnakeVectorEnv(**options, **given), lambda: SnakeEnv(**options))
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -64,25 +106,12 @@ def test_a_goal_reached_in_the_last_step_is_terminated_and_truncated_as_gymnasiu
     assert (ours[2][0], ours[3][0]) == theirs[2:4] == (True, True)
 
 
-def test_row_zero_is_the_single_environment(env_id):
-    batch = gym.make_vec(env_id, num_envs=5)
-    single = gym.make(env_id)
-    rows, infos = batch.reset(seed=11)
-    row, info = single.reset(seed=11)
-    for k in range(20):
-        np.testing.assert_array_equal(row, rows[0])
-        assert info == {name: infos[name][0] for name in info}
-        actions = np.full(batch.action_space.shape, np.sin(k), np.float32)
-        rows, rewards, _, _, infos = batch.step(actions)
-        row, reward, _, _, info = single.step(actions[0])
-        assert reward == rewards[0]
-
-
-def test_a_robot_does_not_depend_on_the_size_of_the_batch():
-    small, large = (gym.make_vec("SnakeField-v1", num_envs=n) for n in (2, 9))
+@pytest.mark.parametrize("model", ["planar", "spatial"])
+def test_a_robot_does_not_depend_on_the_size_of_the_batch(model):
+    small, large = (gym.make_vec("SnakeField-v1", num_envs=n, model=model) for n in (2, 9))
     small.reset(seed=[8, 3])
     large.reset(seed=list(range(9)))
-    actions = np.linspace(-1, 1, 36).reshape(9, 4)
+    actions = np.linspace(-1, 1, large.action_space.sample().size).reshape(9, -1)
     for _ in range(10):
         few, many = small.step(actions[[8, 3]])[0], large.step(actions)[0]
     np.testing.assert_array_equal(few, many[[8, 3]])

@@ -69,14 +69,15 @@ def test_a_bad_action_is_named(make, actions, complaint):
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_an_action_that_is_not_finite_names_robot_and_element(make, value):
-    env = make(num_envs=3)
+@pytest.mark.parametrize(("model", "robot", "element"), [("planar", 1, 2), ("spatial", 2, 5)])
+def test_an_action_that_is_not_finite_names_robot_and_element(make, value, model, robot, element):
+    env = make(num_envs=3, model=model)
     env.reset(seed=0)
-    actions = np.zeros((3, 4))
-    actions[1, 2] = value
-    with pytest.raises(ConfigError, match=r"action\[1, 2\] = .*: expected a finite number"):
+    actions = np.zeros(env.action_space.shape)
+    actions[robot, element] = value
+    with pytest.raises(ConfigError, match=rf"action\[{robot}, {element}\] = .*: expected a finite number"):
         env.step(actions)
-    env.step(np.zeros((3, 4)))
+    env.step(np.zeros(env.action_space.shape))
 
 
 def test_actions_of_any_real_type_and_layout_are_welcome(make):

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from conftest import running
 
 import snake_env
 from experiments import browser_pictures as pictures
@@ -143,8 +144,7 @@ def test_200_links_among_1000_pegs_are_one_batch_each():
 
 
 def test_a_live_robot_follows_its_policy_and_its_sliders():
-    live = Live(tasks.load()["course"], port=0)
-    try:
+    with running(Live(tasks.load()["course"], port=0)) as live:
         live.playing.value = False
         before = live._actor.action.copy()
         live.amplitude.value = 20.0
@@ -164,13 +164,10 @@ def test_a_live_robot_follows_its_policy_and_its_sliders():
         live._again(forget=True)
         assert "tuned for maze" in live.note.content
         assert live._actor.name == "thrifty"
-    finally:
-        live.stop()
 
 
 def test_a_pulled_link_follows_the_handle():
-    live = Live(BenchmarkTask("free", "SnakeFree-v1", {"friction": (0.05, 0.05)}, ""), port=0)
-    try:
+    with running(Live(BenchmarkTask("free", "SnakeFree-v1", {"friction": (0.05, 0.05)}, ""), port=0)) as live:
         live.playing.value = False
         live.link.value = 6
         live._take_hold()
@@ -184,13 +181,10 @@ def test_a_pulled_link_follows_the_handle():
         live.link.value = 0
         live._take_hold()
         assert live._pull is None
-    finally:
-        live.stop()
 
 
 def test_what_is_clicked_gets_a_handle():
-    live = Live(tasks.load()["course"], port=0)
-    try:
+    with running(Live(tasks.load()["course"], port=0)) as live:
         live.playing.value = False
 
         def click(point, target):
@@ -209,8 +203,6 @@ def test_what_is_clicked_gets_a_handle():
         assert live._pull is not None
         live._clicked(SimpleNamespace(ray_origin="x", ray_direction=(0.0, 0.0, 0.0), target=None))
         assert live.link.value == 7
-    finally:
-        live.stop()
 
 
 @pytest.mark.parametrize(
@@ -237,8 +229,7 @@ def test_a_spring_is_limited_and_damped():
 
 
 def test_keys_move_the_sliders_of_the_gait_as_far_as_they_go():
-    live = Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), port=0)
-    try:
+    with running(Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), port=0)) as live:
         live.playing.value = False
         before = live._actor.action.copy()
         live.drive(live.gamma, 2.0)
@@ -246,8 +237,6 @@ def test_keys_move_the_sliders_of_the_gait_as_far_as_they_go():
         assert live._actor.action[3] > before[3]
         live.drive(live.omega, 1000.0)
         assert live.omega.value == live.omega.max
-    finally:
-        live.stop()
 
 
 def test_bad_input_of_the_command_is_refused(capsys):
@@ -257,8 +246,7 @@ def test_bad_input_of_the_command_is_refused(capsys):
 
 @NEEDS_BROWSER
 def test_the_page_shows_a_robot_that_moves(browser, tmp_path):
-    live = Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), port=0)
-    try:
+    with running(Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), port=0)) as live:
         page = browser.new_page(viewport={"width": 640, "height": 480})
         page.goto(live.url)
         page.get_by_text("amplitude [deg]").wait_for(timeout=60_000)
@@ -279,14 +267,11 @@ def test_the_page_shows_a_robot_that_moves(browser, tmp_path):
         assert float(live.state.time) != started
         page.screenshot(path=tmp_path / "page.png", timeout=120_000)
         assert len(set((tmp_path / "page.png").read_bytes())) > 100
-    finally:
-        live.stop()
 
 
 @NEEDS_BROWSER
 def test_a_link_is_chosen_by_a_click(browser):
-    live = Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), port=0)
-    try:
+    with running(Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), port=0)) as live:
         live.playing.value = False
         page = browser.new_page(viewport={"width": 1000, "height": 600})
         page.goto(live.url)
@@ -298,14 +283,11 @@ def test_a_link_is_chosen_by_a_click(browser):
             page.mouse.click(340, y)
             page.wait_for_timeout(300)
         assert live.link.value or live.obstacle.value
-    finally:
-        live.stop()
 
 
 @NEEDS_BROWSER
 def test_the_camera_follows_the_robot(browser):
-    live = Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), policy="general", port=0)
-    try:
+    with running(Live(BenchmarkTask("course", "SnakeCourse-v1", {}, ""), policy="general", port=0)) as live:
         live.playing.value = False
         page = browser.new_page(viewport={"width": 640, "height": 480})
         page.goto(live.url)
@@ -342,23 +324,18 @@ def test_the_camera_follows_the_robot(browser):
         assert np.linalg.norm(centre() - place) > 0.05
         # The view that held for a second may have had its last two millimetres still to come.
         np.testing.assert_allclose(client.camera.position, seen, atol=2e-3)
-    finally:
-        live.stop()
 
 
 @NEEDS_BROWSER
 def test_the_robot_has_the_colours_of_the_palette(run, browser, tmp_path):
     """By the ratios of red, green and blue, which hardly depend on the light."""
     image = pytest.importorskip("PIL.Image")
-    player = run.view(port=0)
-    try:
+    with running(run.view(port=0)) as player:
         page = browser.new_page(viewport={"width": 800, "height": 500})
         page.goto(player.url)
         page.get_by_text("follow the robot").wait_for(timeout=60_000)
         page.wait_for_timeout(3000)
         page.screenshot(path=tmp_path / "page.png", timeout=120_000)
-    finally:
-        player.stop()
     red, green, blue = np.moveaxis(np.asarray(image.open(tmp_path / "page.png").convert("RGB"), float), -1, 0)
     body = (green > blue) & (blue > 2.0 * red) & (green > 60.0)
     assert body.mean() > 0.003

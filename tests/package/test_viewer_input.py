@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 import pytest
+from conftest import running
 
 pytest.importorskip("viser")
 
@@ -38,8 +39,7 @@ def page(monkeypatch):
     with contextlib.ExitStack() as made:
 
         def make(task=SHORT, policy="gait"):
-            found = live.Live(task, policy, port=0)
-            made.callback(found.stop)
+            found = made.enter_context(running(live.Live(task, policy, port=0)))
             found.speed.value = 4.0
             return found
 
@@ -125,8 +125,7 @@ def test_other_pages_cannot_drive_the_robot(page, origin):
 
 def test_players_are_guarded_too():
     run = snake_env.simulate(duration=0.2, sample=0.1)
-    found = player.Player(Frames.of_trajectory(run), port=0)
-    try:
+    with running(player.Player(Frames.of_trajectory(run), port=0)) as found:
         assert status(found, Host="evil.example") == 403
         assert status(found, Host="localhost") == 200
         for value in (math.nan, math.inf, 0.0, -1.0):
@@ -135,8 +134,6 @@ def test_players_are_guarded_too():
             time.sleep(0.1)
         assert found._thread.is_alive()
         assert found.speed.value == 1.0
-    finally:
-        found.stop()
 
 
 def test_an_interface_that_others_reach_takes_addresses_and_its_own_name():

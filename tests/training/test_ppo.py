@@ -55,19 +55,6 @@ def test_a_budget_of_steps_repeats_itself_bit_for_bit(trained, tmp_path):
     assert not np.array_equal(first["actor.0.weight"], other["actor.0.weight"])
 
 
-def test_resuming_goes_on_from_the_latest_checkpoint(tmp_path):
-    assert train.main(["--learner", "ppo", "--out", str(tmp_path / "run"), *SMOKE, "--total-steps", "1024"]) == 0
-    arguments = ["--out", str(tmp_path / "run"), "--resume", "--no-bar", "--total-steps", "2048"]
-    assert train.main(["--learner", "ppo", *arguments]) == 0
-    assert [row["steps"] for row in folder(tmp_path / "run").read_curve()] == list(range(256, 2049, 256))
-    assert folder(tmp_path / "run").latest().stem == "000002048"
-
-
-def test_a_finished_folder_is_not_overwritten(trained, capsys):
-    assert train.main(["--learner", "ppo", "--out", str(trained.path), *SMOKE]) == 2
-    assert "--resume" in capsys.readouterr().err
-
-
 def stop_at(monkeypatch, steps):
     """The next run gets a signal in the rollout after so many steps."""
     collect = ppo.Learner.collect

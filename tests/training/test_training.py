@@ -20,7 +20,6 @@ import torch
 from stable_baselines3 import PPO
 from tensorboard.backend.event_processing import event_accumulator
 
-from benchmarks import throughput
 from snake_env import ConfigError
 from snake_env.evaluation import rollout, scores, seeds, statistics
 from snake_env.policies import DEGREE, GaitParameters, GaitPolicy
@@ -57,21 +56,20 @@ def test_checkpoints_are_kept_in_small_number(trained):
     assert kept[-1] == "000004096.zip"
 
 
-def test_a_folder_with_a_run_is_not_overwritten(trained, capsys):
-    assert train.main(["--out", str(trained.path), *SMOKE]) == 2
-    assert "--resume" in capsys.readouterr().err
-
-
-def test_resuming_goes_on_from_the_latest_checkpoint(tmp_path):
+@pytest.mark.parametrize("learner", ["sb3", "ppo"])
+def test_a_run_is_resumed_from_the_latest_checkpoint_and_not_overwritten(learner, tmp_path, capsys):
     out = tmp_path / "run"
-    assert train.main(["--out", str(out), *SMOKE, "--total-steps", "1024"]) == 0
-    assert train.main(["--out", str(out), "--resume", "--no-bar", "--total-steps", "2048"]) == 0
+    arguments = ["--learner", learner, "--out", str(out)]
+    assert train.main([*arguments, *SMOKE, "--total-steps", "1024"]) == 0
+    assert train.main([*arguments, "--resume", "--no-bar", "--total-steps", "2048"]) == 0
     folder = runs.RunFolder(out)
     steps = [row["steps"] for row in folder.read_curve()]
     assert steps == list(range(256, 2049, 256))
     seconds = [row["seconds"] for row in folder.read_curve()]
     assert seconds == sorted(seconds)
     assert folder.latest().stem == "000002048"
+    assert train.main([*arguments, *SMOKE]) == 2
+    assert "--resume" in capsys.readouterr().err
 
 
 def wait_for_checkpoint(folder, seconds=120):
@@ -289,18 +287,6 @@ def test_the_search_finds_the_faster_gait_on_open_ground(tmp_path, monkeypatch):
     assert content["best"]["omega"] > 140.0
     assert content["gaits"][0]["omega"] == 80.0, "the thesis's gait is tried first"
     assert (tmp_path / "gaits.png").stat().st_size > 5000
-
-
-def test_throughput_prints_rates_and_overheads(tmp_path, capsys):
-    out = tmp_path / "throughput.json"
-    arguments = ["--batches", "1", "8", "--threads", "1", "--seconds", "0.05", "--repetitions", "2", "--out", str(out)]
-    assert throughput.main(arguments) == 0
-    content = json.loads(out.read_text())
-    kinds = [(row["robots"], row["actions"]) for row in content["stepping"]]
-    assert kinds == [(robots, actions) for robots in (1, 8) for actions in ("random", "gait")]
-    assert all(row["steps/s"] > 0 for row in content["stepping"])
-    assert all(row["Gymnasium [us]"] > 0 and row["SB3 [us]"] > 0 for row in content["interface"])
-    assert "interface without physics" in capsys.readouterr().out
 
 
 def test_the_pipeline_makes_every_file_and_repeats_no_finished_stage(tmp_path, monkeypatch, capsys):

@@ -2,9 +2,8 @@
 //!
 //!     snake-bench PART... [--quick] [--scenes NAME,...] [--cache FOLDER]
 //!
-//! Parts: `precision`, `growth`, `width`, `skip`, `certificate`, `spatial`, `cenic`.
+//! Parts: `precision`, `growth`, `width`, `skip`, `certificate`, `spatial`.
 
-mod cenic;
 mod certificate;
 mod clock;
 mod environments;
@@ -26,7 +25,7 @@ use std::process::ExitCode;
 use scenes::Scenario;
 
 const USAGE: &str = "usage: snake-bench PART... [--quick] [--scenes NAME,...] [--cache FOLDER]
-parts: precision, growth, width, skip, certificate, spatial, cenic";
+parts: precision, growth, width, skip, certificate, spatial";
 
 fn main() -> ExitCode {
     match Options::parse(std::env::args().skip(1)).and_then(|options| options.run()) {
@@ -70,7 +69,6 @@ impl Options {
                 "width" => growth::measure_width(self.quick),
                 "skip" => feature_cost::measure(self.quick),
                 "spatial" => precision::measure(&spatial::all(), self.quick, self.cache.as_deref()),
-                "cenic" => cenic::measure(self.quick),
                 "certificate" => certificate::measure(&self.scenes, self.quick),
                 _ => return Err(format!("{part}: no such part")),
             }
