@@ -8,7 +8,6 @@ use nalgebra::Vector2;
 
 use crate::laws::HalfLine;
 use crate::math::{Mask, Real};
-use crate::solver::{ActuatorTerm, LawForm, MotorTerm};
 use crate::stepping::StageStop;
 
 use super::sweep::ActuatorModel;
@@ -131,28 +130,6 @@ impl<T: Real> ContactTerm<T> {
         self.recentre(lanes);
         self.value = T::select(lanes, self.value - stiffness * (gamma + self.offset), self.value);
     }
-}
-
-/// Moves an actuator to the joint rate.
-#[inline(always)]
-pub(super) fn evaluate_actuator<T: Real>(actuator: &mut ActuatorTerm<T>, rate: T) -> ActuatorModel<T> {
-    let stiffness = actuator.evaluate(LawForm::Present, rate);
-    ActuatorModel { stiffness, impulse: actuator.impulse }
-}
-
-/// Keeps the drive, last evaluated at the same rate, within the motor's line, and adds what the motor gives besides; its
-/// multiplier moves in the lanes `recentred`.
-#[inline(always)]
-pub(super) fn add_motor<T: Real>(
-    actuator: &mut ActuatorTerm<T>,
-    motor: &mut MotorTerm<T>,
-    axis: &mut ActuatorModel<T>,
-    rate: T,
-    recentred: T::Mask,
-) {
-    let drive = (actuator.impulse, axis.stiffness);
-    (actuator.impulse, axis.impulse, axis.stiffness) = motor.drive(LawForm::Present, rate, drive);
-    axis.impulse += motor.recentre_here(rate, recentred);
 }
 
 /// Contact with an obstacle together with its direction.
