@@ -4,8 +4,6 @@
 //! a generalised Hessian of rank one or two. Around the multiplier zero it is the law with a compliance 1/r; the same r
 //! for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike.
 
-use nalgebra::Vector2;
-
 use crate::laws::HalfLine;
 use crate::math::{Mask, Real};
 use crate::stepping::StageStop;
@@ -149,10 +147,4 @@ impl<T: Real> ObstacleTerm<T> {
             normal: ContactTerm::new(contact.offset, penalty, impulse),
         }
     }
-}
-
-/// `yes` in the given lanes, elsewhere `no`.
-#[inline(always)]
-pub(super) fn select<T: Real>(lanes: T::Mask, yes: &Vector2<T>, no: &Vector2<T>) -> Vector2<T> {
-    Vector2::new(T::select(lanes, yes.x, no.x), T::select(lanes, yes.y, no.y))
 }
