@@ -177,23 +177,7 @@ impl<T: Real> Stage<T> {
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
-}
 
-impl Stage {
-    /// Leaves out obstacles that only other lanes have, so that the first `nodes` links and obstacles are left.
-    pub(super) fn leave_out(&mut self, nodes: usize) {
-        let chain = self.chain();
-        self.links.truncate(nodes);
-        self.surfaces.truncate(nodes - chain);
-    }
-
-    /// Of all links of the robot, were each faster by `speed` \[kg m/s\].
-    pub(super) fn momentum_with(&self, speed: f64) -> f64 {
-        self.links[..self.chain()].iter().map(|link| link.momentum.linear.norm() + link.mass * speed).sum()
-    }
-}
-
-impl<T: Real> Stage<T> {
     /// Number of links of the chain.
     #[inline(always)]
     pub fn chain(&self) -> usize {
@@ -218,6 +202,20 @@ impl<T: Real> Stage<T> {
         self.contacts.clone_from(&other.contacts);
         self.obstacle_friction.clone_from(&other.obstacle_friction);
         self.pairs.clone_from(&other.pairs);
+    }
+}
+
+impl Stage {
+    /// Leaves out obstacles that only other lanes have, so that the first `nodes` links and obstacles are left.
+    pub(super) fn leave_out(&mut self, nodes: usize) {
+        let chain = self.chain();
+        self.links.truncate(nodes);
+        self.surfaces.truncate(nodes - chain);
+    }
+
+    /// Of all links of the robot, were each faster by `speed` \[kg m/s\].
+    pub(super) fn momentum_with(&self, speed: f64) -> f64 {
+        self.links[..self.chain()].iter().map(|link| link.momentum.linear.norm() + link.mass * speed).sum()
     }
 }
 
@@ -325,17 +323,7 @@ impl<T: Real> StageSolution<T> {
         let none = Vector2::new(T::zero(), T::zero());
         ([T::zero(); 2], [none; 2], none)
     }
-}
 
-impl StageSolution {
-    /// The same as [`Stage::leave_out`] has done.
-    pub(super) fn leave_out(&mut self, stage: &Stage) {
-        self.twist.truncate(stage.links.len());
-        self.surface.truncate(stage.surfaces.len());
-    }
-}
-
-impl<T: Real> StageSolution<T> {
     /// Copies without freeing memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.twist.clone_from(&other.twist);
@@ -369,6 +357,14 @@ impl<T: Real> StageSolution<T> {
         keep_all(&mut self.gear, lanes, &other.gear);
         keep_all(&mut self.contact, lanes, &other.contact);
         keep_all(&mut self.pair, lanes, &other.pair);
+    }
+}
+
+impl StageSolution {
+    /// The same as [`Stage::leave_out`] has done.
+    pub(super) fn leave_out(&mut self, stage: &Stage) {
+        self.twist.truncate(stage.links.len());
+        self.surface.truncate(stage.surfaces.len());
     }
 }
 
