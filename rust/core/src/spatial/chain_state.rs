@@ -8,6 +8,7 @@ use crate::gait::CardanTarget;
 use crate::math::{Real, read_lane, write_lane};
 use crate::obstacles::{Moved, ObstacleGrid};
 use crate::robot::{Axes, Robot};
+use crate::rows::Saved;
 use crate::spatial::{
     ChainShape, ChainVelocity, Configuration, Frame, Momentum, Pose, SpatialState, StackedTwist, Twist, axis_angles,
     axis_rates, inertia, moved_of, place_and_twist, turned_by, turning, twist_of,
@@ -32,18 +33,19 @@ pub struct ChainState {
 
 /// Forces of the ground in the last stage: which contacts carried load, and which of them stuck.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved")]
 pub struct GroundForces<T = f64> {
     /// At both ends of each link \[N\].
     pub normal: Vec<[T; 2]>,
-    pub friction: Vec<[[T; 2]; 2]>,
+    pub friction: Vec<[Vector2<T>; 2]>,
     /// Rolling friction of both ends together.
-    pub rolling: Vec<[T; 2]>,
+    pub rolling: Vec<Vector2<T>>,
 }
 
 impl<T: Real> GroundForces<T> {
     pub fn none(links: usize) -> Self {
-        let zero = T::zero();
-        Self { normal: vec![[zero; 2]; links], friction: vec![[[zero; 2]; 2]; links], rolling: vec![[zero; 2]; links] }
+        let (zero, none) = (T::zero(), Vector2::new(T::zero(), T::zero()));
+        Self { normal: vec![[zero; 2]; links], friction: vec![[none; 2]; links], rolling: vec![none; links] }
     }
 
     pub fn read_lane(&self, lane: usize, to: &mut GroundForces) {
@@ -68,8 +70,8 @@ impl GroundForces {
 
     fn clear(&mut self) {
         self.normal.fill([0.0; 2]);
-        self.friction.fill([[0.0; 2]; 2]);
-        self.rolling.fill([0.0; 2]);
+        self.friction.fill([Vector2::zeros(); 2]);
+        self.rolling.fill(Vector2::zeros());
     }
 
     pub fn fits(&self, links: usize) -> bool {
