@@ -1,7 +1,7 @@
 //! What the stress suite observes of a simulation, for either model.
 
 use nalgebra::Vector2;
-use snake_core::contact::link_peg_contact;
+use snake_core::contact::{PlacedLink, link_peg_contact};
 use snake_core::obstacles::{CentreLine, Wall};
 use snake_core::planar::{Planar, PlanarState, Pose};
 use snake_core::robot::{Link, Robot};
@@ -109,7 +109,6 @@ fn through_walls(walls: &[Wall], width: f64, [before, now]: [&[Pose]; 2]) -> u64
 
 /// From the peg's centre to the nearest point of the link's centre line \[m\].
 fn offset_in_plane(pose: &Pose, link: &Link, peg: &Peg) -> Vector2<f64> {
-    let (sin, cos) = pose.z.sin_cos();
-    let contact = link_peg_contact(pose, cos, sin, link, peg);
+    let contact = link_peg_contact(&PlacedLink::new(link, *pose), peg);
     contact.direction.xy() * (contact.gap + peg.radius + link.radius)
 }

@@ -171,12 +171,12 @@ impl<'a> PlacedLink<'a> {
     }
 
     /// e_y^B.
-    fn lateral(&self) -> Vector2<f64> {
+    pub(super) fn lateral(&self) -> Vector2<f64> {
         Vector2::new(-self.axis.y, self.axis.x)
     }
 
     /// Generalised direction of a unit impulse `normal` at the coordinate `s`.
-    fn impulse_direction(&self, normal: &Vector2<f64>, s: f64) -> Vector3<f64> {
+    pub(super) fn impulse_direction(&self, normal: &Vector2<f64>, s: f64) -> Vector3<f64> {
         Vector3::new(normal.x, normal.y, s * normal.dot(&self.lateral()))
     }
 }

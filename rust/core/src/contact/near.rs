@@ -1,12 +1,14 @@
 //! The link-obstacle pairs near contact: a list that is rebuilt only after the robot has moved a certain distance.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::math::Real;
 use crate::obstacles::{Node, ObstacleGrid};
 
-use super::{ContactId, KnownContact, Source, features, link_obstacle_contact, outline::features_of_outline};
+use super::{
+    ContactId, KnownContact, PlacedLink, Source, features, link_obstacle_contact, outline::features_of_outline,
+};
 
 /// A link and an obstacle near contact, and what the last stage found there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -213,8 +215,9 @@ impl NearObstacles {
         for (i, (pose, link)) in poses.clone().zip(links.clone()).enumerate() {
             let link: Node = link.into();
             let (sin, cos) = Real::sin_cos(pose.z);
+            let placed = PlacedLink { link, pose, axis: Vector2::new(cos, sin) };
             obstacles.near(pose.x, pose.y, link.reach() + margin + SKIN).for_each(|peg| {
-                let gap = link_obstacle_contact(&pose, cos, sin, link, obstacles, (peg, 0)).gap;
+                let gap = link_obstacle_contact(&placed, obstacles, (peg, 0)).gap;
                 if gap < margin + SKIN {
                     self.pairs.push(NearPair::open(i, (peg, 0), gap - displacement));
                 }
@@ -223,14 +226,14 @@ impl NearObstacles {
                 let obstacle = obstacles.pegs().len() + wall;
                 for feature in 0..features(&link, obstacles, obstacle) {
                     let at = (obstacle, feature);
-                    let gap = link_obstacle_contact(&pose, cos, sin, link, obstacles, at).gap;
+                    let gap = link_obstacle_contact(&placed, obstacles, at).gap;
                     if gap < margin + SKIN {
                         self.pairs.push(NearPair::open(i, at, gap - displacement));
                     }
                 }
             }
             if let Some(stop) = stop_of(i, nodes, obstacles) {
-                let gap = link_obstacle_contact(&pose, cos, sin, link, obstacles, (stop, 0)).gap;
+                let gap = link_obstacle_contact(&placed, obstacles, (stop, 0)).gap;
                 // Where the list has pairs, it is not valid up to the nearest peg.
                 self.pairs.push(NearPair::open(i, (stop, 0), gap - displacement));
             }

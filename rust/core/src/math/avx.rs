@@ -1,7 +1,7 @@
 //! Four robots in an AVX2 register, eight in an AVX-512 one.
 
 use std::arch::x86_64::*;
-use std::ops::{BitAnd, BitOr, Not};
+use std::ops::{BitAnd, BitOr};
 
 use super::wide::wide;
 use super::{Mask, Real};
@@ -12,9 +12,12 @@ use super::{Mask, Real};
 
 wide!(
     Wide8(__m512d), 8 lanes, Mask8(__mmask8),
-    add _mm512_add_pd, sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd, sqrt _mm512_sqrt_pd,
-    multiply_add _mm512_fmadd_pd, negated_multiply_add _mm512_fnmadd_pd, max _mm512_max_pd, min _mm512_min_pd,
-    neg(x) _mm512_xor_pd(x, _mm512_set1_pd(-0.0)),
+    operators {
+        Wide8: Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd, Div div _mm512_div_pd;
+        Mask8: BitAnd bitand BitAnd::bitand, BitOr bitor BitOr::bitor;
+    },
+    sqrt _mm512_sqrt_pd, multiply_add _mm512_fmadd_pd, negated_multiply_add _mm512_fnmadd_pd,
+    max _mm512_max_pd, min _mm512_min_pd, neg(x) _mm512_xor_pd(x, _mm512_set1_pd(-0.0)), not(mask) !mask,
     le(x, y) _mm512_cmp_pd_mask::<_CMP_LE_OQ>(x, y), lt(x, y) _mm512_cmp_pd_mask::<_CMP_LT_OQ>(x, y),
     select(mask, yes, no) _mm512_mask_blend_pd(mask, no, yes),
     features "avx512f,avx512dq"
@@ -22,9 +25,13 @@ wide!(
 
 wide!(
     Wide4(__m256d), 4 lanes, Mask4(__m256d),
-    add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd, sqrt _mm256_sqrt_pd,
-    multiply_add _mm256_fmadd_pd, negated_multiply_add _mm256_fnmadd_pd, max _mm256_max_pd, min _mm256_min_pd,
-    neg(x) _mm256_xor_pd(x, _mm256_set1_pd(-0.0)),
+    operators {
+        Wide4: Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd, Div div _mm256_div_pd;
+        Mask4: BitAnd bitand _mm256_and_pd, BitOr bitor _mm256_or_pd;
+    },
+    sqrt _mm256_sqrt_pd, multiply_add _mm256_fmadd_pd, negated_multiply_add _mm256_fnmadd_pd,
+    max _mm256_max_pd, min _mm256_min_pd, neg(x) _mm256_xor_pd(x, _mm256_set1_pd(-0.0)),
+    not(mask) _mm256_xor_pd(mask, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))),
     le(x, y) _mm256_cmp_pd::<_CMP_LE_OQ>(x, y), lt(x, y) _mm256_cmp_pd::<_CMP_LT_OQ>(x, y),
     select(mask, yes, no) _mm256_blendv_pd(no, yes, mask),
     features "avx2,fma"
@@ -39,30 +46,6 @@ impl Wide8 {
 impl Wide4 {
     pub fn is_available() -> bool {
         is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
-    }
-}
-
-impl BitAnd for Mask8 {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        Self(self.0 & other.0)
-    }
-}
-
-impl BitOr for Mask8 {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-}
-
-impl Not for Mask8 {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        Self(!self.0)
     }
 }
 
@@ -82,30 +65,6 @@ impl Mask for Mask8 {
     #[inline(always)]
     fn lane(self, lane: usize) -> bool {
         self.0 >> lane & 1 == 1
-    }
-}
-
-impl BitAnd for Mask4 {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        unsafe { Self(_mm256_and_pd(self.0, other.0)) }
-    }
-}
-
-impl BitOr for Mask4 {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        unsafe { Self(_mm256_or_pd(self.0, other.0)) }
-    }
-}
-
-impl Not for Mask4 {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        unsafe { Self(_mm256_xor_pd(self.0, _mm256_castsi256_pd(_mm256_set1_epi64x(-1)))) }
     }
 }
 

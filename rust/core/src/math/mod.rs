@@ -22,4 +22,4 @@ pub(crate) use neon::Wide4;
 #[cfg(target_arch = "aarch64")]
 pub(crate) use pair::Pair;
 pub use real::{Kernel, MAX_LANES, Mask, Real};
-pub(crate) use vector::{add_scaled, dot, select_into};
+pub(crate) use vector::{add_scaled, dot, keep, select_into};

@@ -1,7 +1,6 @@
 //! Two robots in a NEON register, which every 64-bit ARM processor has; robots are stepped in pairs of registers.
 
 use std::arch::aarch64::*;
-use std::ops::{BitAnd, BitOr, Not};
 
 use super::wide::wide;
 use super::{Mask, Pair, Real};
@@ -14,9 +13,13 @@ pub type Wide4 = Pair<Wide2>;
 
 wide!(
     Wide2(float64x2_t), 2 lanes, Mask2(uint64x2_t),
-    add vaddq_f64, sub vsubq_f64, mul vmulq_f64, div vdivq_f64, sqrt vsqrtq_f64,
-    multiply_add multiply_add, negated_multiply_add negated_multiply_add, max larger, min smaller,
-    neg(x) vnegq_f64(x), le(x, y) vcleq_f64(x, y), lt(x, y) vcltq_f64(x, y),
+    operators {
+        Wide2: Add add vaddq_f64, Sub sub vsubq_f64, Mul mul vmulq_f64, Div div vdivq_f64;
+        Mask2: BitAnd bitand vandq_u64, BitOr bitor vorrq_u64;
+    },
+    sqrt vsqrtq_f64, multiply_add multiply_add, negated_multiply_add negated_multiply_add, max larger, min smaller,
+    neg(x) vnegq_f64(x), not(mask) veorq_u64(mask, vdupq_n_u64(u64::MAX)),
+    le(x, y) vcleq_f64(x, y), lt(x, y) vcltq_f64(x, y),
     select(mask, yes, no) vbslq_f64(mask, yes, no),
     features "neon"
 );
@@ -46,30 +49,6 @@ fn smaller(x: float64x2_t, y: float64x2_t) -> float64x2_t {
 impl Wide4 {
     pub fn is_available() -> bool {
         true
-    }
-}
-
-impl BitAnd for Mask2 {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        unsafe { Self(vandq_u64(self.0, other.0)) }
-    }
-}
-
-impl BitOr for Mask2 {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        unsafe { Self(vorrq_u64(self.0, other.0)) }
-    }
-}
-
-impl Not for Mask2 {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        unsafe { Self(veorq_u64(self.0, vdupq_n_u64(u64::MAX))) }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Vectors of lanes.
 
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 
 use super::Real;
 
@@ -15,10 +15,16 @@ pub fn add_scaled<T: Real>(u: &Vector3<T>, du: &Vector3<T>, factor: T) -> Vector
     Vector3::new(du.x.mul_add(factor, u.x), du.y.mul_add(factor, u.y), du.z.mul_add(factor, u.z))
 }
 
-/// Copies `value` in the given lanes.
+/// Copies a number in the given lanes.
 #[inline(always)]
-pub fn select_into<T: Real>(target: &mut Vector3<T>, lanes: T::Mask, value: &Vector3<T>) {
-    target.x = T::select(lanes, value.x, target.x);
-    target.y = T::select(lanes, value.y, target.y);
-    target.z = T::select(lanes, value.z, target.z);
+pub fn keep<T: Real>(target: &mut T, lanes: T::Mask, value: T) {
+    *target = T::select(lanes, value, *target);
+}
+
+/// Copies a vector in the given lanes.
+#[inline(always)]
+pub fn select_into<T: Real, const N: usize>(target: &mut SVector<T, N>, lanes: T::Mask, value: &SVector<T, N>) {
+    for k in 0..N {
+        keep(&mut target[k], lanes, value[k]);
+    }
 }

@@ -12,9 +12,9 @@
 macro_rules! wide {
     (
         $wide:ident($register:ty), $lanes:literal lanes, $mask:ident($mask_register:ty),
-        add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident, sqrt $sqrt:ident,
-        multiply_add $multiply_add:ident, negated_multiply_add $negated_multiply_add:ident,
-        max $max:ident, min $min:ident, neg($x:ident) $neg:expr,
+        operators { $($operand:ident: $($operator:ident $method:ident $operation:path),+;)+ },
+        sqrt $sqrt:ident, multiply_add $multiply_add:ident, negated_multiply_add $negated_multiply_add:ident,
+        max $max:ident, min $min:ident, neg($x:ident) $neg:expr, not($not_mask:ident) $not:expr,
         le($x_le:ident, $y_le:ident) $le:expr, lt($x_lt:ident, $y_lt:ident) $lt:expr,
         select($test:ident, $yes:ident, $no:ident) $select:expr,
         features $features:literal
@@ -27,37 +27,16 @@ macro_rules! wide {
         #[repr(transparent)]
         pub struct $mask($mask_register);
 
-        impl std::ops::Add for $wide {
-            type Output = Self;
-            #[inline(always)]
-            fn add(self, other: Self) -> Self {
-                unsafe { Self($add(self.0, other.0)) }
+        $($(
+            impl std::ops::$operator for $operand {
+                type Output = Self;
+                #[allow(unused_unsafe, reason = "some operations are safe")]
+                #[inline(always)]
+                fn $method(self, other: Self) -> Self {
+                    unsafe { Self($operation(self.0, other.0)) }
+                }
             }
-        }
-
-        impl std::ops::Sub for $wide {
-            type Output = Self;
-            #[inline(always)]
-            fn sub(self, other: Self) -> Self {
-                unsafe { Self($sub(self.0, other.0)) }
-            }
-        }
-
-        impl std::ops::Mul for $wide {
-            type Output = Self;
-            #[inline(always)]
-            fn mul(self, other: Self) -> Self {
-                unsafe { Self($mul(self.0, other.0)) }
-            }
-        }
-
-        impl std::ops::Div for $wide {
-            type Output = Self;
-            #[inline(always)]
-            fn div(self, other: Self) -> Self {
-                unsafe { Self($div(self.0, other.0)) }
-            }
-        }
+        )+)+
 
         impl std::ops::Neg for $wide {
             type Output = Self;
@@ -65,6 +44,16 @@ macro_rules! wide {
             fn neg(self) -> Self {
                 let $x = self.0;
                 unsafe { Self($neg) }
+            }
+        }
+
+        impl std::ops::Not for $mask {
+            type Output = Self;
+            #[allow(unused_unsafe, reason = "some operations are safe")]
+            #[inline(always)]
+            fn not(self) -> Self {
+                let $not_mask = self.0;
+                unsafe { Self($not) }
             }
         }
 

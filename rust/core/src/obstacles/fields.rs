@@ -213,75 +213,52 @@ fn arrays<const N: usize>(points: &[Point]) -> Option<Vec<[f64; N]>> {
 
 impl From<&Obstacle> for ObstacleFields {
     fn from(obstacle: &Obstacle) -> Self {
-        let Obstacle { friction, mass, height, .. } = *obstacle;
+        let Obstacle { friction, mass, height, spring, .. } = *obstacle;
         let number = |value: f64| Some(NumberOrGrid::Number(value));
-        let spring = obstacle.spring;
         let (friction, height) = (number(friction), height.and_then(number));
         let ground_friction = mass.map(|_| obstacle.ground_friction);
         let common = Self { friction, mass, ground_friction, height, ..Self::default() };
-        match &obstacle.shape {
+        match obstacle.shape.clone() {
             Shape::Circle(Peg { radius, x, y }) => {
-                let (radius, x, y) = (Some(*radius), Some(*x), Some(*y));
+                let [radius, x, y] = [radius, x, y].map(Some);
                 let (stiffness, damping) = (spring.map(|one| one.stiffness), spring.map(|one| one.damping));
                 let travel = spring.and_then(|one| one.travel);
                 Self { shape: ShapeName::Circle, radius, x, y, stiffness, damping, travel, ..common }
             }
-            Shape::Segment { start, end } => Self {
-                shape: ShapeName::Segment,
-                start: Some(Point::Plane(*start)),
-                end: Some(Point::Plane(*end)),
-                ..common
-            },
-            Shape::Box { size, x, y, angle } => Self {
-                shape: ShapeName::Box,
-                size: Some(*size),
-                x: Some(*x),
-                y: Some(*y),
-                angle: Some(*angle),
-                ..common
-            },
-            Shape::Polygon { vertices } => Self {
-                shape: ShapeName::Polygon,
-                vertices: Some(vertices.iter().copied().map(Point::Plane).collect()),
-                ..common
-            },
-            Shape::Polyhedron { vertices } => {
-                let vertices = vertices.iter().copied().map(Point::Space).collect();
-                Self { shape: ShapeName::Polyhedron, vertices: Some(vertices), ..common }
+            Shape::Segment { start, end } => {
+                let [start, end] = [start, end].map(|point| Some(Point::Plane(point)));
+                Self { shape: ShapeName::Segment, start, end, ..common }
             }
-            Shape::Cylinder { start, end, radius, inside } => Self {
-                shape: ShapeName::Cylinder,
-                start: Some(Point::Space(*start)),
-                end: Some(Point::Space(*end)),
-                radius: Some(*radius),
-                inside: Some(*inside),
-                ..common
-            },
-            Shape::Sphere { radius, centre: [x, y, z], rolling_friction } => Self {
-                shape: ShapeName::Sphere,
-                friction: None,
-                radius: Some(*radius),
-                x: Some(*x),
-                y: Some(*y),
-                z: Some(*z),
-                rolling_friction: Some(*rolling_friction),
-                ..common
-            },
+            Shape::Box { size, x, y, angle } => {
+                let (size, [x, y, angle]) = (Some(size), [x, y, angle].map(Some));
+                Self { shape: ShapeName::Box, size, x, y, angle, ..common }
+            }
+            Shape::Polygon { vertices } => {
+                let vertices = Some(vertices.into_iter().map(Point::Plane).collect());
+                Self { shape: ShapeName::Polygon, vertices, ..common }
+            }
+            Shape::Polyhedron { vertices } => {
+                let vertices = Some(vertices.into_iter().map(Point::Space).collect());
+                Self { shape: ShapeName::Polyhedron, vertices, ..common }
+            }
+            Shape::Cylinder { start, end, radius, inside } => {
+                let [start, end] = [start, end].map(|point| Some(Point::Space(point)));
+                let (radius, inside) = (Some(radius), Some(inside));
+                Self { shape: ShapeName::Cylinder, start, end, radius, inside, ..common }
+            }
+            Shape::Sphere { radius, centre: [x, y, z], rolling_friction } => {
+                let [radius, x, y, z, rolling_friction] = [radius, x, y, z, rolling_friction].map(Some);
+                Self { shape: ShapeName::Sphere, friction: None, radius, x, y, z, rolling_friction, ..common }
+            }
             Shape::HeightField(heights) => {
-                let Heights { height, spacing, origin, friction } = &**heights;
+                let Heights { height, spacing, origin, friction } = Heights::clone(&heights);
                 let friction = match friction {
                     GroundFriction::OfGround => None,
-                    GroundFriction::Coefficient(coefficient) => number(*coefficient),
-                    GroundFriction::Cells(cells) => Some(NumberOrGrid::Grid(cells.clone())),
+                    GroundFriction::Coefficient(coefficient) => number(coefficient),
+                    GroundFriction::Cells(cells) => Some(NumberOrGrid::Grid(cells)),
                 };
-                Self {
-                    shape: ShapeName::HeightField,
-                    spacing: Some(*spacing),
-                    origin: Some(*origin),
-                    friction,
-                    height: Some(NumberOrGrid::Grid(height.clone())),
-                    ..common
-                }
+                let (spacing, origin, height) = (Some(spacing), Some(origin), Some(NumberOrGrid::Grid(height)));
+                Self { shape: ShapeName::HeightField, spacing, origin, friction, height, ..common }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Contacts of a register's robots with obstacles: detected before a stage is solved, stored after it.
 
-use crate::contact::{NearPair, PlacedLink, link_obstacle_gap};
-use crate::math::{Laned, Real};
+use crate::contact::{NearPair, link_obstacle_gap};
+use crate::math::Real;
 use crate::obstacles::{Moved, Nodes, ObstacleGrid};
 use crate::stepping::lanes::{Lanes, active, mask};
 use crate::stepping::{ContactImpulse, Members, SolvedRows};
@@ -86,14 +86,8 @@ impl<T: Real> Workspace<T> {
         (nodes, lying): (Nodes, &[Moved]),
         obstacles: &ObstacleGrid,
     ) -> f64 {
-        if pair.link < nodes.links.len() {
-            let (end, heading) = (self.result.end[pair.link].lane(lane), self.motion.heading[pair.link].lane(lane));
-            let at = (pair.obstacle, pair.feature);
-            return link_obstacle_gap(&end, heading.cos, heading.sin, nodes.get(pair.link), obstacles, at);
-        }
         let at_end = place_numbered((nodes, lying), pair.link, lane, &self.result.end, &self.motion.heading);
-        let PlacedLink { link, pose, axis } = at_end;
-        link_obstacle_gap(&pose, axis.x, axis.y, link, obstacles, (pair.obstacle, pair.feature))
+        link_obstacle_gap(&at_end, obstacles, (pair.obstacle, pair.feature))
     }
 }
 

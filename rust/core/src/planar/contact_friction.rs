@@ -9,6 +9,8 @@
 //! fallback. It keeps its solution where the bounds came close ([`KEPT_CHANGE`]), and is solved without friction at
 //! contacts where they did not: the fallback starts from there, and a robot whose budget for it is spent keeps that.
 
+use nalgebra::Vector2;
+
 use crate::math::{Mask, Real, select_into};
 use crate::rows::FrictionRow;
 use crate::solver::Outcome;
@@ -51,7 +53,7 @@ fn release<T: Real>(stage: &mut Stage<T>, solution: &mut StageSolution<T>, lanes
         select_into(u, lanes, &link.reference);
     }
     for impulse in &mut solution.friction {
-        (impulse.x, impulse.y) = (T::select(lanes, zero, impulse.x), T::select(lanes, zero, impulse.y));
+        select_into(impulse, lanes, &Vector2::new(zero, zero));
     }
     let StageSolution { spin, actuator, stop, contact, obstacle_friction, pair, pair_friction, .. } = solution;
     for impulse in spin

@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
-use crate::contact::{LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, link_obstacle_contact, touching_distance};
+use crate::contact::{
+    LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, PlacedLink, link_obstacle_contact, touching_distance,
+};
 use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::planar::{Heading, StageContact};
@@ -84,17 +86,14 @@ impl<T: Real> StageKinematics<'_, T> {
     /// A pair at the predicted end.
     fn contact(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
         let Some(node) = self.nodes.place_of(pair.link) else { return self.contact_of_sleeper(pair, obstacles) };
-        let Heading { cos, sin } = self.heading(node);
-        let end = self.end(node);
-        link_obstacle_contact(&end, cos, sin, self.nodes.get(node), obstacles, (pair.obstacle, pair.feature))
+        link_obstacle_contact(&self.placed(node), obstacles, (pair.obstacle, pair.feature))
     }
 
     #[cold]
     fn contact_of_sleeper(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
         let Motion { predicted, heading, .. } = self.motion;
         let lies = place_numbered((self.nodes, self.lying), pair.link, self.lane, predicted, heading);
-        let at = (pair.obstacle, pair.feature);
-        link_obstacle_contact(&lies.pose, lies.axis.x, lies.axis.y, lies.link, obstacles, at)
+        link_obstacle_contact(&lies, obstacles, (pair.obstacle, pair.feature))
     }
 
     /// Direction and offset of a pair, given how it is at the predicted end.
@@ -115,9 +114,8 @@ impl<T: Real> StageKinematics<'_, T> {
         let mut travelled = c * at_end.direction.dot(&self.travel(i));
         if at_end.gap < -DEEP * touching || self.bound.displacement > touching {
             let start = self.start(i);
-            let heading = Heading::of(start.z);
-            let at_start =
-                link_obstacle_contact(&start, heading.cos, heading.sin, link, obstacles, (pair.obstacle, pair.feature));
+            let placed = PlacedLink { link, pose: start, axis: Heading::of(start.z).axial() };
+            let at_start = link_obstacle_contact(&placed, obstacles, (pair.obstacle, pair.feature));
             let same_side = at_start.direction.xy().dot(&at_end.direction.xy()) > SAME_SIDE;
             if at_end.is_redundant && at_start.is_redundant {
                 return (NO_CONTACT, 1.0);

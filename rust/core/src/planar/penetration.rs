@@ -4,7 +4,7 @@
 //! gaps decide whether a step is taken: one that leaves more than [`ALLOWED`] is divided. A link that moves farther
 //! than a radius in one step near a contact could pass to the other side of it, so such a step is divided too.
 
-use crate::contact::{NearPair, link_obstacle_contact};
+use crate::contact::{NearPair, PlacedLink, link_obstacle_contact};
 use crate::math::{Laned, Real};
 use crate::obstacles::{Moved, Nodes, ObstacleGrid};
 use crate::stepping::Members;
@@ -55,10 +55,9 @@ impl<T: Real> Workspace<T> {
         obstacles: &ObstacleGrid,
     ) -> f64 {
         let lies = || lying[pair.link - nodes.links.len()].pose;
-        let start = nodes.place_of(pair.link).map_or_else(lies, |node| self.motion.start_pose[node].lane(lane));
-        let Heading { cos, sin } = Heading::of(start.z);
-        let link = nodes.all().get(pair.link);
-        link_obstacle_contact(&start, cos, sin, link, obstacles, (pair.obstacle, pair.feature)).gap
+        let pose = nodes.place_of(pair.link).map_or_else(lies, |node| self.motion.start_pose[node].lane(lane));
+        let start = PlacedLink { link: nodes.all().get(pair.link), pose, axis: Heading::of(pose.z).axial() };
+        link_obstacle_contact(&start, obstacles, (pair.obstacle, pair.feature)).gap
     }
 
     /// Whether a link moved so far that it could be on the other side of what it was near.

@@ -106,6 +106,6 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
 
     /// tau_C = (yaw, pitch) of each joint in the last step (T 4.89) \[N m\].
     pub fn joint_torque(&self) -> &[Vector2<f64>] {
-        &self.body.warm_start.joint_torque
+        &self.body.warm_start.last.joint_torque
     }
 }

@@ -2,7 +2,7 @@ use crate::laws::{Backlash, LimitedActuator};
 use crate::math::Real;
 use crate::rows::DriveRow;
 
-use super::LawForm;
+use super::{LawForm, MotorTerm};
 
 /// The actuator of one joint axis, a single-valued law that needs no multiplier.
 #[derive(Debug, Clone, Copy)]
@@ -42,9 +42,27 @@ impl<T: Real> ActuatorTerm<T> {
         self.law.evaluate(rate)
     }
 
-    /// First and second derivative of the law's function at rate + alpha change by alpha.
+    /// Moves to a rate of the axis, as does the motor if there is one; returns impulse and stiffness of the whole axis.
     #[inline(always)]
-    pub fn along(&self, rate: T, change: T, alpha: T) -> (T, T) {
-        self.law.along(rate, change, alpha)
+    pub fn evaluate_with(&mut self, motor: Option<&mut MotorTerm<T>>, form: LawForm, rate: T) -> (T, T) {
+        let stiffness = self.evaluate(form, rate);
+        let Some(motor) = motor else { return (self.impulse, stiffness) };
+        let (drive, impulse, stiffness) = motor.drive(form, rate, (self.impulse, stiffness));
+        self.impulse = drive;
+        (impulse, stiffness)
+    }
+
+    /// First and second derivative by alpha of the function of the laws of the axis, the motor's among them if there is one,
+    /// at rate + alpha change.
+    #[inline(always)]
+    pub fn along_with(&self, motor: Option<&MotorTerm<T>>, rate: T, change: T, alpha: T) -> (T, T) {
+        let Some(motor) = motor else { return self.law.along(rate, change, alpha) };
+        motor.along(
+            #[inline(always)]
+            |rate| self.at(rate),
+            rate,
+            change,
+            alpha,
+        )
     }
 }

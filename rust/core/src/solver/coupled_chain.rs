@@ -86,12 +86,8 @@ impl DrivenAxis {
 
     /// Laws of the axis at its rate.
     fn evaluate(&mut self) {
-        self.stiffness = self.actuator.evaluate(LawForm::Present, self.rate);
-        self.moment = self.actuator.impulse;
-        if let Some(motor) = &mut self.motor {
-            let drive = (self.moment, self.stiffness);
-            (self.actuator.impulse, self.moment, self.stiffness) = motor.drive(LawForm::Present, self.rate, drive);
-        }
+        let motor = self.motor.as_mut();
+        (self.moment, self.stiffness) = self.actuator.evaluate_with(motor, LawForm::Present, self.rate);
     }
 }
 

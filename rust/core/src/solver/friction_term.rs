@@ -1,7 +1,7 @@
 use nalgebra::Vector2;
 
 use crate::laws::{Coulomb, Evaluation, Halves, Symmetric2, Unit};
-use crate::math::Real;
+use crate::math::{Real, select_into};
 
 /// Friction with given semi-axes in proximal form around a multiplier, in coordinates in which its ellipse is the unit
 /// disc.
@@ -84,14 +84,12 @@ impl<T: Real> FrictionTerm<T> {
     #[inline(always)]
     pub fn raise(&mut self, halves: impl Halves, lanes: T::Mask) {
         let multiplier = halves.gradient(&self.centre);
-        self.centre.x = T::select(lanes, multiplier.x, self.centre.x);
-        self.centre.y = T::select(lanes, multiplier.y, self.centre.y);
+        select_into(&mut self.centre, lanes, &multiplier);
     }
 
     #[inline(always)]
     pub fn recentre(&mut self, lanes: T::Mask) {
-        self.centre.x = T::select(lanes, self.value.x, self.centre.x);
-        self.centre.y = T::select(lanes, self.value.y, self.centre.y);
+        select_into(&mut self.centre, lanes, &self.value);
     }
 }
 

@@ -1,7 +1,7 @@
 use nalgebra::Vector3;
 
 use crate::laws::{LimitSurface, SurfaceEvaluation};
-use crate::math::{Real, dot};
+use crate::math::{Real, dot, select_into};
 
 /// Friction of the ground on what can be pushed, in proximal form around a multiplier, in coordinates in which its limit
 /// surface is the unit ball: what [`FrictionTerm`](super::FrictionTerm) is for links.
@@ -81,9 +81,7 @@ impl<T: Real> SurfaceTerm<T> {
 
     #[inline(always)]
     pub fn recentre(&mut self, lanes: T::Mask) {
-        for (centre, value) in self.centre.iter_mut().zip(self.value.iter()) {
-            *centre = T::select(lanes, *value, *centre);
-        }
+        select_into(&mut self.centre, lanes, &self.value);
     }
 }
 

@@ -8,6 +8,7 @@ use crate::gait::CardanTarget;
 use crate::math::{Real, read_lane, write_lane};
 use crate::obstacles::{Moved, ObstacleGrid};
 use crate::robot::{Axes, Robot};
+use crate::rows::Saved;
 use crate::spatial::{
     ChainShape, ChainVelocity, Configuration, Frame, Momentum, Pose, SpatialState, StackedTwist, Twist, axis_angles,
     axis_rates, inertia, moved_of, place_and_twist, turned_by, turning, twist_of,
@@ -22,43 +23,29 @@ pub struct ChainState {
     pub velocity: ChainVelocity,
     /// Momentum of each link, and angular momentum about its CG, frame I: exchanged by the joints and conserved.
     pub momentum: Vec<Momentum>,
-    pub forces: GroundForces,
-    /// Of friction on what can be pushed: force and moment, frame I \[N\], \[N m\].
-    pub surface: Vec<Vector3<f64>>,
-    /// Whether the ground carried the ends of each link at the end of the last accepted step.
-    pub stands: Vec<[bool; 2]>,
-    /// With obstacles and of the robot with itself, in the last stage.
-    pub contacts: ContactMemory,
-    /// Forces at both stops of each axis, empty where none presses \[N\].
-    pub joint_stops: Vec<[f64; 2]>,
-    /// The last step began at rest.
-    pub began_at_rest: bool,
+    /// What the next step takes from the last one beside the motion.
+    pub last: SavedForces,
     /// Velocity with which a postponed stage is solved again, if there is one.
     pub guess: ChainVelocity,
     pub is_postponed: bool,
-    /// tau_C = (yaw, pitch) of each joint in the last step \[N m\] (T 4.89).
-    pub joint_torque: Vec<Vector2<f64>>,
-    /// Positions of the joints in their backlash, yaw and pitch of each, phi less the motor's angle \[rad\].
-    pub backlash: Vec<f64>,
-    /// Torque of the friction in the gear of each axis's motor, empty without motors \[N m\].
-    pub gear_friction: Vec<f64>,
     frames: Vec<Frame>,
 }
 
 /// Forces of the ground in the last stage: which contacts carried load, and which of them stuck.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "T: Saved")]
 pub struct GroundForces<T = f64> {
     /// At both ends of each link \[N\].
     pub normal: Vec<[T; 2]>,
-    pub friction: Vec<[[T; 2]; 2]>,
+    pub friction: Vec<[Vector2<T>; 2]>,
     /// Rolling friction of both ends together.
-    pub rolling: Vec<[T; 2]>,
+    pub rolling: Vec<Vector2<T>>,
 }
 
 impl<T: Real> GroundForces<T> {
     pub fn none(links: usize) -> Self {
-        let zero = T::zero();
-        Self { normal: vec![[zero; 2]; links], friction: vec![[[zero; 2]; 2]; links], rolling: vec![[zero; 2]; links] }
+        let (zero, none) = (T::zero(), Vector2::new(T::zero(), T::zero()));
+        Self { normal: vec![[zero; 2]; links], friction: vec![[none; 2]; links], rolling: vec![none; links] }
     }
 
     pub fn read_lane(&self, lane: usize, to: &mut GroundForces) {
@@ -83,8 +70,8 @@ impl GroundForces {
 
     fn clear(&mut self) {
         self.normal.fill([0.0; 2]);
-        self.friction.fill([[0.0; 2]; 2]);
-        self.rolling.fill([0.0; 2]);
+        self.friction.fill([Vector2::zeros(); 2]);
+        self.rolling.fill(Vector2::zeros());
     }
 
     pub fn fits(&self, links: usize) -> bool {
@@ -97,13 +84,13 @@ impl ChainState {
     /// `mass` times those of `robot`; and what can be pushed.
     pub fn read(&mut self, robot: &Robot, mass: f64, state: &SpatialState) {
         let (pose, twist) = (&state.pose, &state.twist);
-        let Self { configuration, velocity, momentum, guess, surface, .. } = self;
+        let Self { configuration, velocity, momentum, last, guess, .. } = self;
         configuration.moved.clear();
         configuration.moved.extend(state.movables.iter().map(|moved| place_and_twist(moved)[0]));
         velocity.moved.clear();
         velocity.moved.extend(state.movables.iter().map(|moved| place_and_twist(moved)[1]));
         guess.moved.resize(state.movables.len(), Twist::zero());
-        surface.resize(state.movables.len(), Vector3::zeros());
+        last.surface.resize(state.movables.len(), Vector3::zeros());
         let q = pose[0].orientation.quaternion();
         (configuration.position, configuration.orientation) = (pose[0].position, [q.w, q.i, q.j, q.k]);
         velocity.head = Twist { linear: linear(&twist[0]), angular: pose[0].orientation * turning(&twist[0]) };
@@ -139,11 +126,12 @@ impl ChainState {
 
     /// Ends a step: records which contacts carry force.
     pub fn end_step(&mut self) {
-        for (stands, normal) in self.stands.iter_mut().zip(&self.forces.normal) {
+        let SavedForces { forces, stands, contacts, .. } = &mut self.last;
+        for (stands, normal) in stands.iter_mut().zip(&forces.normal) {
             *stands = normal.map(|force| force > 0.0);
         }
         // Penetrations are measured at the start of the next step.
-        self.contacts.end_step(|_| 0.0);
+        contacts.end_step(|_| 0.0);
     }
 
     fn place_links(&mut self, shape: &ChainShape, pose: &mut [Pose]) {
@@ -175,16 +163,24 @@ fn linear(twist: &StackedTwist) -> Vector3<f64> {
 /// What continues a run elsewhere beside the state: forces of the last stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SavedForces {
-    began_at_rest: bool,
-    forces: GroundForces,
+    /// The last step began at rest.
+    pub began_at_rest: bool,
+    pub forces: GroundForces,
+    /// Of friction on what can be pushed: force and moment, frame I \[N\], \[N m\].
     #[serde(default)]
-    surface: Vec<Vector3<f64>>,
-    stands: Vec<[bool; 2]>,
-    contacts: ContactMemory,
-    joint_stops: Vec<[f64; 2]>,
-    joint_torque: Vec<Vector2<f64>>,
-    backlash: Vec<f64>,
-    gear_friction: Vec<f64>,
+    pub surface: Vec<Vector3<f64>>,
+    /// Whether the ground carried the ends of each link at the end of the last accepted step.
+    pub stands: Vec<[bool; 2]>,
+    /// With obstacles and of the robot with itself, in the last stage.
+    pub contacts: ContactMemory,
+    /// Forces at both stops of each axis, empty where none presses \[N\].
+    pub joint_stops: Vec<[f64; 2]>,
+    /// tau_C = (yaw, pitch) of each joint in the last step \[N m\] (T 4.89).
+    pub joint_torque: Vec<Vector2<f64>>,
+    /// Positions of the joints in their backlash, yaw and pitch of each, phi less the motor's angle \[rad\].
+    pub backlash: Vec<f64>,
+    /// Torque of the friction in the gear of each axis's motor, empty without motors \[N m\].
+    pub gear_friction: Vec<f64>,
 }
 
 impl WarmStart for ChainState {
@@ -195,58 +191,52 @@ impl WarmStart for ChainState {
             configuration: Configuration::straight(links),
             velocity: ChainVelocity::rest(links),
             momentum: vec![Momentum::zero(); links],
-            forces: GroundForces::none(links),
-            surface: Vec::new(),
-            stands: vec![[false; 2]; links],
-            contacts: ContactMemory::with_capacity(8 * links),
-            joint_stops: Vec::with_capacity(2 * (links - 1)),
-            began_at_rest: false,
+            last: SavedForces {
+                began_at_rest: false,
+                forces: GroundForces::none(links),
+                surface: Vec::new(),
+                stands: vec![[false; 2]; links],
+                contacts: ContactMemory::with_capacity(8 * links),
+                joint_stops: Vec::with_capacity(2 * (links - 1)),
+                joint_torque: vec![Vector2::zeros(); links - 1],
+                backlash: vec![0.0; 2 * (links - 1)],
+                gear_friction: Vec::new(),
+            },
             guess: ChainVelocity::rest(links),
             is_postponed: false,
-            joint_torque: vec![Vector2::zeros(); links - 1],
-            backlash: vec![0.0; 2 * (links - 1)],
-            gear_friction: Vec::new(),
             frames: vec![Frame::origin(); links],
         }
     }
 
     fn clear(&mut self) {
-        self.began_at_rest = false;
         self.is_postponed = false;
-        self.forces.clear();
-        self.surface.clear();
-        self.stands.fill([false; 2]);
-        self.contacts.clear();
-        self.joint_stops.clear();
-        self.joint_torque.fill(Vector2::zeros());
-        self.backlash.fill(0.0);
-        self.gear_friction.clear();
+        let last = &mut self.last;
+        last.began_at_rest = false;
+        last.forces.clear();
+        last.surface.clear();
+        last.stands.fill([false; 2]);
+        last.contacts.clear();
+        last.joint_stops.clear();
+        last.joint_torque.fill(Vector2::zeros());
+        last.backlash.fill(0.0);
+        last.gear_friction.clear();
     }
 
     fn save(&self) -> SavedForces {
-        SavedForces {
-            began_at_rest: self.began_at_rest,
-            forces: self.forces.clone(),
-            surface: self.surface.clone(),
-            stands: self.stands.clone(),
-            contacts: self.contacts.clone(),
-            joint_stops: self.joint_stops.clone(),
-            joint_torque: self.joint_torque.clone(),
-            backlash: self.backlash.clone(),
-            gear_friction: self.gear_friction.clone(),
-        }
+        self.last.clone()
     }
 
     fn resume(&mut self, saved: &SavedForces) {
-        self.began_at_rest = saved.began_at_rest;
-        self.forces.copy_from(&saved.forces);
-        self.surface.clone_from(&saved.surface);
-        self.stands.copy_from_slice(&saved.stands);
-        self.contacts.copy_from(&saved.contacts);
-        self.joint_stops.clone_from(&saved.joint_stops);
-        self.joint_torque.clone_from(&saved.joint_torque);
-        self.backlash.copy_from_slice(&saved.backlash);
-        self.gear_friction.clone_from(&saved.gear_friction);
+        let last = &mut self.last;
+        last.began_at_rest = saved.began_at_rest;
+        last.forces.copy_from(&saved.forces);
+        last.surface.clone_from(&saved.surface);
+        last.stands.copy_from_slice(&saved.stands);
+        last.contacts.copy_from(&saved.contacts);
+        last.joint_stops.clone_from(&saved.joint_stops);
+        last.joint_torque.clone_from(&saved.joint_torque);
+        last.backlash.copy_from_slice(&saved.backlash);
+        last.gear_friction.clone_from(&saved.gear_friction);
     }
 
     fn fits(saved: &SavedForces, links: usize, obstacles: &ObstacleGrid) -> bool {

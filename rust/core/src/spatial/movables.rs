@@ -7,7 +7,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
 use crate::contact::{
-    ContactId, LinkContact, LinkPairContact, PlacedLink, Source, features, link_obstacle_contact, link_obstacle_gap,
+    ContactId, LinkPairContact, PlacedLink, Source, features, link_obstacle_contact, link_obstacle_gap,
     link_pair_contact, link_pair_gap, movable_contacts, touching_distance, visit_movable_pairs,
 };
 use crate::math::{Laned, Real};
@@ -129,7 +129,7 @@ impl<T: Real> NodesInStage<'_, T> {
     ) -> Option<(StageContact, Option<StageObstacleFriction>)> {
         let of = self.nodes.get(node);
         let pose = |places: &InLane<T>| places.moved(node - self.nodes.links.len());
-        let contact = |places: &InLane<T>| contact_with(of, &pose(places), obstacles, at);
+        let contact = |places: &InLane<T>| link_obstacle_contact(&PlacedLink::new(of, pose(places)), obstacles, at);
         let (at_end, at_start) = (contact(&self.end), contact(&self.start));
         let is_covered = at_end.is_redundant && (at_start.is_redundant || at_end.gap > -of.radius);
         if at_end.gap >= MARGIN || is_covered {
@@ -230,7 +230,7 @@ impl<T: Real> Workspace<T> {
             let (of, places) = (nodes.get(node), [start, end].map(|places| places.moved(number)));
             let may_cross = travelled(node) > of.radius;
             visit_neighbours(nodes, node, start, end, obstacles, |at| {
-                let [start, end] = places.map(|pose| gap_with(of, &pose, obstacles, at));
+                let [start, end] = places.map(|pose| link_obstacle_gap(&PlacedLink::new(of, pose), obstacles, at));
                 if end < -ALLOWED {
                     sinking = sinking.max(Sinking::of(start, end));
                 }
@@ -286,16 +286,6 @@ fn visit_neighbours(
     if nodes.movable(node).travel().is_finite() {
         visit_all(obstacles.len() + nodes.number(node) - nodes.links.len());
     }
-}
-
-fn contact_with(of: Node, pose: &Vector3<f64>, obstacles: &ObstacleGrid, at: (usize, usize)) -> LinkContact {
-    let (sin, cos) = pose.z.sin_cos();
-    link_obstacle_contact(pose, cos, sin, of, obstacles, at)
-}
-
-fn gap_with(of: Node, pose: &Vector3<f64>, obstacles: &ObstacleGrid, at: (usize, usize)) -> f64 {
-    let (sin, cos) = pose.z.sin_cos();
-    link_obstacle_gap(pose, cos, sin, of, obstacles, at)
 }
 
 /// The gap of two nodes of which one can be pushed \[m\].

@@ -18,12 +18,12 @@
 //! Both end spheres of a link have the same rolling velocity, L_SC (e_z x omega), so their rolling frictions add up
 //! to one law with the sum of their radii.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{SVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::laws::Skin;
-use crate::math::{Real, select_into};
+use crate::math::{Real, keep, select_into};
 use crate::robot::Axes;
 use crate::rows::{ContactRow, DriveRow, MotorRow, PairRow, Saved, is_zero};
 use crate::stepping::StageStop;
@@ -177,23 +177,7 @@ impl<T: Real> Stage<T> {
             pairs: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
-}
 
-impl Stage {
-    /// Leaves out obstacles that only other lanes have, so that the first `nodes` links and obstacles are left.
-    pub(super) fn leave_out(&mut self, nodes: usize) {
-        let chain = self.chain();
-        self.links.truncate(nodes);
-        self.surfaces.truncate(nodes - chain);
-    }
-
-    /// Of all links of the robot, were each faster by `speed` \[kg m/s\].
-    pub(super) fn momentum_with(&self, speed: f64) -> f64 {
-        self.links[..self.chain()].iter().map(|link| link.momentum.linear.norm() + link.mass * speed).sum()
-    }
-}
-
-impl<T: Real> Stage<T> {
     /// Number of links of the chain.
     #[inline(always)]
     pub fn chain(&self) -> usize {
@@ -218,6 +202,20 @@ impl<T: Real> Stage<T> {
         self.contacts.clone_from(&other.contacts);
         self.obstacle_friction.clone_from(&other.obstacle_friction);
         self.pairs.clone_from(&other.pairs);
+    }
+}
+
+impl Stage {
+    /// Leaves out obstacles that only other lanes have, so that the first `nodes` links and obstacles are left.
+    pub(super) fn leave_out(&mut self, nodes: usize) {
+        let chain = self.chain();
+        self.links.truncate(nodes);
+        self.surfaces.truncate(nodes - chain);
+    }
+
+    /// Of all links of the robot, were each faster by `speed` \[kg m/s\].
+    pub(super) fn momentum_with(&self, speed: f64) -> f64 {
+        self.links[..self.chain()].iter().map(|link| link.momentum.linear.norm() + link.mass * speed).sum()
     }
 }
 
@@ -325,17 +323,7 @@ impl<T: Real> StageSolution<T> {
         let none = Vector2::new(T::zero(), T::zero());
         ([T::zero(); 2], [none; 2], none)
     }
-}
 
-impl StageSolution {
-    /// The same as [`Stage::leave_out`] has done.
-    pub(super) fn leave_out(&mut self, stage: &Stage) {
-        self.twist.truncate(stage.links.len());
-        self.surface.truncate(stage.surfaces.len());
-    }
-}
-
-impl<T: Real> StageSolution<T> {
     /// Copies without freeing memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.twist.clone_from(&other.twist);
@@ -358,41 +346,40 @@ impl<T: Real> StageSolution<T> {
         for (own, theirs) in self.twist.iter_mut().zip(&other.twist) {
             own.select_into(lanes, theirs);
         }
-        for (own, theirs) in self.surface.iter_mut().zip(&other.surface) {
-            select_into(own, lanes, theirs);
-        }
-        for i in 0..self.normal.len() {
-            take(&mut self.rolling[i].x, lanes, other.rolling[i].x);
-            take(&mut self.rolling[i].y, lanes, other.rolling[i].y);
-            for end in 0..2 {
-                take(&mut self.normal[i][end], lanes, other.normal[i][end]);
-                take(&mut self.friction[i][end].x, lanes, other.friction[i][end].x);
-                take(&mut self.friction[i][end].y, lanes, other.friction[i][end].y);
-            }
-        }
-        for j in 0..self.rate.len() {
-            for axis in 0..2 {
-                take(&mut self.rate[j][axis], lanes, other.rate[j][axis]);
-                take(&mut self.actuator[j][axis], lanes, other.actuator[j][axis]);
-            }
-        }
-        for (own, theirs) in self.obstacle_friction.iter_mut().zip(&other.obstacle_friction) {
-            take(&mut own.x, lanes, theirs.x);
-            take(&mut own.y, lanes, theirs.y);
-        }
-        for (own, theirs) in self.stop.iter_mut().flatten().zip(other.stop.iter().flatten()) {
-            take(own, lanes, *theirs);
-        }
-        let impulses = self.contact.iter_mut().zip(&other.contact).chain(self.pair.iter_mut().zip(&other.pair));
-        for (own, theirs) in impulses.chain(self.gear.iter_mut().zip(&other.gear)) {
-            take(own, lanes, *theirs);
-        }
+        select_all(&mut self.surface, lanes, &other.surface);
+        select_all(self.friction.as_flattened_mut(), lanes, other.friction.as_flattened());
+        select_all(&mut self.rolling, lanes, &other.rolling);
+        select_all(&mut self.obstacle_friction, lanes, &other.obstacle_friction);
+        keep_all(self.normal.as_flattened_mut(), lanes, other.normal.as_flattened());
+        keep_all(self.rate.as_flattened_mut(), lanes, other.rate.as_flattened());
+        keep_all(self.actuator.as_flattened_mut(), lanes, other.actuator.as_flattened());
+        keep_all(self.stop.as_flattened_mut(), lanes, other.stop.as_flattened());
+        keep_all(&mut self.gear, lanes, &other.gear);
+        keep_all(&mut self.contact, lanes, &other.contact);
+        keep_all(&mut self.pair, lanes, &other.pair);
+    }
+}
+
+impl StageSolution {
+    /// The same as [`Stage::leave_out`] has done.
+    pub(super) fn leave_out(&mut self, stage: &Stage) {
+        self.twist.truncate(stage.links.len());
+        self.surface.truncate(stage.surfaces.len());
     }
 }
 
 #[inline(always)]
-fn take<T: Real>(own: &mut T, lanes: T::Mask, theirs: T) {
-    *own = T::select(lanes, theirs, *own);
+fn select_all<T: Real, const N: usize>(own: &mut [SVector<T, N>], lanes: T::Mask, theirs: &[SVector<T, N>]) {
+    for (own, theirs) in own.iter_mut().zip(theirs) {
+        select_into(own, lanes, theirs);
+    }
+}
+
+#[inline(always)]
+fn keep_all<T: Real>(own: &mut [T], lanes: T::Mask, theirs: &[T]) {
+    for (own, theirs) in own.iter_mut().zip(theirs) {
+        keep(own, lanes, *theirs);
+    }
 }
 
 /// Vertical part of a normal from which on its tangents are not taken from the vertical.

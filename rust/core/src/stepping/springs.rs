@@ -23,17 +23,7 @@ impl<T: Real> StageSpring<T> {
         let zero = T::zero();
         Self { stiffness: zero, damping: zero, home: Vector2::new(zero, zero) }
     }
-}
 
-impl StageSpring<f64> {
-    pub fn of(movable: &Movable) -> Self {
-        let of_spring = |spring: Spring| (spring.stiffness, spring.damping);
-        let (stiffness, damping) = movable.spring.map_or((0.0, 0.0), of_spring);
-        Self { stiffness, damping, home: movable.start.into() }
-    }
-}
-
-impl<T: Real> StageSpring<T> {
     /// Mass and reference velocity in a stage of coefficient `c` of a disc that is at `base` before it.
     ///
     /// At the end of a stage, where a disc is at q_B + c u, spring and damper give it the impulse -c (k (q_B + c u - q_0) +
@@ -53,5 +43,13 @@ impl<T: Real> StageSpring<T> {
     #[inline(always)]
     pub fn work_of_damper(&self, c: T, u: &Vector3<T>) -> T {
         -(c * self.damping * (u.x * u.x + u.y * u.y))
+    }
+}
+
+impl StageSpring<f64> {
+    pub fn of(movable: &Movable) -> Self {
+        let of_spring = |spring: Spring| (spring.stiffness, spring.damping);
+        let (stiffness, damping) = movable.spring.map_or((0.0, 0.0), of_spring);
+        Self { stiffness, damping, home: movable.start.into() }
     }
 }

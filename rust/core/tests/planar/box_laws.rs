@@ -243,16 +243,13 @@ fn gaps_of_polygons_change_as_their_directions_say() {
         }
         let swapped = link_pair_gap([&at[1], &at[0]]);
         assert!((swapped - link_pair_gap([&at[0], &at[1]])).abs() < 1e-12, "either order");
-        let (sin, cos) = poses[0].z.sin_cos();
         for (obstacle, feature) in [(0, 0), (1, 0), (1, 3), (1, 5), (1, 7)] {
             if i < 2 {
                 continue;
             }
-            let of = |pose: &Pose, sin: f64, cos: f64| {
-                link_obstacle_contact(pose, cos, sin, nodes[i], &scene, (obstacle, feature))
-            };
-            let contact = of(&poses[0], sin, cos);
-            let gap = |poses: &[Pose; 2]| of(&poses[0], poses[0].z.sin(), poses[0].z.cos()).gap;
+            let of = |pose: Pose| link_obstacle_contact(&PlacedLink::new(nodes[i], pose), &scene, (obstacle, feature));
+            let contact = of(poses[0]);
+            let gap = |poses: &[Pose; 2]| of(poses[0]).gap;
             compare(&gap, &[contact.direction, Vector3::zeros()], &poses, &format!("obstacle {obstacle}, {feature}"));
         }
     }

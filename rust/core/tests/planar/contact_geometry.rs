@@ -1,7 +1,7 @@
 //! Gap functions and force directions against the printed cases and against finite differences.
 
 use nalgebra::{Matrix2, Vector2, Vector3};
-use snake_core::contact::{NearObstacles, clear_way, gap, link_peg_contact};
+use snake_core::contact::{NearObstacles, PlacedLink, clear_way, gap, link_peg_contact};
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Heading, Pose, Twist, assemble_chain, joint_gap, mean_twist, travel};
 use snake_core::robot::{Link, PerLink, Robot, RobotConfig};
@@ -65,7 +65,7 @@ fn gap_and_direction_are_the_printed_cases() {
         let (link, pose) = (random_link(&mut random), random_pose(&mut random));
         let peg = random_peg(&mut random, &pose, &link);
         let (expected_gap, expected_direction) = printed(&pose, &link, &peg);
-        let contact = link_peg_contact(&pose, pose.z.cos(), pose.z.sin(), &link, &peg);
+        let contact = link_peg_contact(&PlacedLink::new(&link, pose), &peg);
         // Coordinates of size 1: differences carry a few ulps of 1; the direction divides by the
         // distance of the axis, at least 0.2 of the peg's radius of 5 mm.
         assert!((contact.gap - expected_gap).abs() < 5e-15);
@@ -95,7 +95,7 @@ fn force_direction_is_the_gradient_of_the_gap_on_sides_caps_and_between() {
             let hub = pose.xy() + r * Vector2::new(end, lateral);
             (peg.x, peg.y) = (hub.x, hub.y);
         }
-        let direction = link_peg_contact(&pose, pose.z.cos(), pose.z.sin(), &link, &peg).direction;
+        let direction = link_peg_contact(&PlacedLink::new(&link, pose), &peg).direction;
         for axis in 0..3 {
             let shifted = |sign: f64| {
                 let mut moved = pose;
@@ -118,7 +118,7 @@ fn a_peg_on_the_centre_line_gives_a_finite_unit_direction() {
     let link = Link { contact_half_length, radius, cg_offset, ..random_link(&mut Random::new(1)) };
     let pose = Pose::new(0.0, 0.0, 0.0);
     for x in [-0.04, 0.0, 0.02, 0.04] {
-        let contact = link_peg_contact(&pose, 1.0, 0.0, &link, &Peg { radius: 0.02, x, y: 0.0 });
+        let contact = link_peg_contact(&PlacedLink::new(&link, pose), &Peg { radius: 0.02, x, y: 0.0 });
         assert_eq!(contact.direction.xy().norm(), 1.0);
         assert_eq!(contact.gap, -0.07);
     }

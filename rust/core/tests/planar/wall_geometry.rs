@@ -1,7 +1,7 @@
 //! Distances of links from walls and polygons against brute force, and their directions against finite differences.
 
 use nalgebra::{Vector2, Vector3};
-use snake_core::contact::{link_obstacle_contact, wall_gap};
+use snake_core::contact::{PlacedLink, link_obstacle_contact, wall_gap};
 use snake_core::obstacles::{CentreLine, ConvexPolygon, Obstacle, ObstacleGrid, Shape, WallGrid};
 use snake_core::planar::Pose;
 use snake_test_support::planar::Random;
@@ -114,9 +114,7 @@ fn directions_are_the_gradients_of_the_gaps() {
         };
         let scene = ObstacleGrid::of(&[Obstacle::endless(shape)]);
         let pose = Pose::new(random.between(-0.3, 0.3), random.between(-0.3, 0.3), random.angle());
-        let at = |pose: &Pose, place| {
-            link_obstacle_contact(pose, pose.z.cos(), pose.z.sin(), (&link).into(), &scene, (0, place))
-        };
+        let at = |pose: &Pose, place| link_obstacle_contact(&PlacedLink::new(&link, *pose), &scene, (0, place));
         if wall_gap(&pose, &link, &scene) < -link.radius + 1e-3 {
             continue;
         }

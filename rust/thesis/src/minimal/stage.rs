@@ -53,6 +53,24 @@ impl StageLink {
             viscous: link.friction.viscous * c,
         }
     }
+
+    /// Slip along and across the link at F_i and R_i (T 6.10).
+    pub fn slip(&self, u: &Twist) -> [Vector2<f64>; 2] {
+        let along = self.axial.x * u.x + self.axial.y * u.y;
+        let across = self.axial.x * u.y - self.axial.y * u.x;
+        let swing = self.lever * u.z;
+        [Vector2::new(along, across + swing), Vector2::new(along, across - swing)]
+    }
+
+    /// An impulse in the link's frame as one in the frame of the stage.
+    pub fn to_world(&self, p: Vector2<f64>) -> Vector2<f64> {
+        self.axial * p.x + quarter_turn(self.axial) * p.y
+    }
+
+    /// (L/2) e_y: velocity of the far end relative to the CG at omega = 1.
+    pub fn swing(&self) -> Vector2<f64> {
+        quarter_turn(self.axial) * self.half_length
+    }
 }
 
 /// One joint in a stage.
@@ -94,26 +112,6 @@ impl StageSolution {
             friction: vec![[Vector2::zeros(); 2]; links],
             actuator: vec![0.0; links - 1],
         }
-    }
-}
-
-impl StageLink {
-    /// Slip along and across the link at F_i and R_i (T 6.10).
-    pub fn slip(&self, u: &Twist) -> [Vector2<f64>; 2] {
-        let along = self.axial.x * u.x + self.axial.y * u.y;
-        let across = self.axial.x * u.y - self.axial.y * u.x;
-        let swing = self.lever * u.z;
-        [Vector2::new(along, across + swing), Vector2::new(along, across - swing)]
-    }
-
-    /// An impulse in the link's frame as one in the frame of the stage.
-    pub fn to_world(&self, p: Vector2<f64>) -> Vector2<f64> {
-        self.axial * p.x + quarter_turn(self.axial) * p.y
-    }
-
-    /// (L/2) e_y: velocity of the far end relative to the CG at omega = 1.
-    pub fn swing(&self) -> Vector2<f64> {
-        quarter_turn(self.axial) * self.half_length
     }
 }
 

@@ -4,7 +4,7 @@ use explicit_io::ExplicitIo;
 use nalgebra::{Vector2, Vector3};
 use snake_core::ConfigError;
 use snake_core::capabilities::Method;
-use snake_core::contact::{NearObstacles, NearPair, gap, link_peg_contact};
+use snake_core::contact::{NearObstacles, NearPair, PlacedLink, gap, link_peg_contact};
 use snake_core::control::{ControlLaw, ControllerConfig};
 use snake_core::gait::{JointTarget, Reference};
 use snake_core::obstacles::ObstacleGrid;
@@ -166,8 +166,9 @@ impl Thesis {
         stage.contacts.clear();
         for pair in &self.closed {
             let (q, heading) = (&midpoint[pair.link], stage.links[pair.link].heading);
-            let (link, peg) = (&system.robot.links[pair.link], &obstacles.pegs()[pair.obstacle]);
-            let direction = link_peg_contact(q, heading.cos, heading.sin, link, peg).direction;
+            let link = (&system.robot.links[pair.link]).into();
+            let placed = PlacedLink { link, pose: *q, axis: heading.axial() };
+            let direction = link_peg_contact(&placed, &obstacles.pegs()[pair.obstacle]).direction;
             stage.contacts.push(StageContact { link: pair.link, direction, offset: 0.0 });
         }
     }

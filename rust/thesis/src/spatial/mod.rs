@@ -118,7 +118,7 @@ impl SpatialThesis {
         reference.targets(body.state.time, &mut self.targets);
         let SpatialBody { state, obstacles, statistics, warm_start, record, .. } = body;
         let SpatialBody { ground_impulse, contact_impulse, obstacle_impulse, .. } = body;
-        let joint_torque = &mut warm_start.joint_torque;
+        let joint_torque = &mut warm_start.last.joint_torque;
         self.move_to_midpoint(state, h);
         self.command(system, state, joint_torque);
         self.build_links(system, state, joint_torque, h);

@@ -12,43 +12,38 @@ impl<M: RobotModel> BlockRow<M> {
     pub(super) const TASK: &'static [Self] = &[
         BlockRow {
             name: "heading",
-            unit: "1",
             description: "mean direction of the body relative to the goal direction",
-            present: always,
             elements: |_| named(&[odd("sin"), even("cos")]),
-            scale: |_| 1.0,
             bound: 1.0,
             memory: true,
             read: |view, values| {
                 let (sin, cos) = (view.sensors.motion.heading - view.bearing).sin_cos();
                 values.copy_from_slice(&[sin, cos]);
             },
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "velocity",
             unit: "m/s",
             description: "velocity of the centre of gravity along the goal direction and to its left",
-            present: always,
             elements: |_| named(&[even("x"), odd("y")]),
             scale: |_| 0.4,
-            bound: 4.0,
             memory: true,
             read: |view, values| {
                 let (sin, cos) = view.bearing.sin_cos();
                 let velocity = &view.sensors.motion.velocity;
                 values.copy_from_slice(&[velocity.x * cos + velocity.y * sin, velocity.y * cos - velocity.x * sin]);
             },
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "yaw_rate",
             unit: "rad/s",
             description: "mean angular velocity of the links",
-            present: always,
             elements: |_| named(&[odd("yaw_rate")]),
-            scale: |_| 1.0,
-            bound: 4.0,
             memory: true,
             read: |view, values| values[0] = view.sensors.motion.yaw_rate,
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "lateral_offset",
@@ -64,15 +59,14 @@ impl<M: RobotModel> BlockRow<M> {
         },
         BlockRow {
             name: "goal",
-            unit: "1",
             description: "distance left to the goal line, to the rim of the goal disc or along the path, relative to that at the \
                           start",
             present: |setup| setup.config.task.family().goal != GoalKind::Direction,
             elements: |_| named(&[even("remaining")]),
-            scale: |_| 1.0,
             bound: 1.5,
             memory: true,
             read: |view, values| values[0] = view.sensors.remaining,
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "command",
@@ -81,26 +75,22 @@ impl<M: RobotModel> BlockRow<M> {
             present: |setup| setup.config.task.family().goal == GoalKind::Direction,
             elements: |_| named(&[even("speed")]),
             scale: |_| 0.4,
-            bound: 4.0,
-            memory: false,
             read: |view, values| values[0] = view.speed,
+            ..BlockRow::DEFAULT
         },
     ];
 
     pub(super) const ACTION_AND_PEGS: &'static [Self] = &[
         BlockRow {
             name: "previous_action",
-            unit: "1",
             description: "the last action, clipped; zero after a reset",
-            present: always,
             elements: |setup| {
                 let entries = setup.actions.iter();
                 entries.map(|entry| Element { name: entry.name.clone(), parity: entry.parameter.parity() }).collect()
             },
-            scale: |_| 1.0,
             bound: 1.0,
-            memory: false,
             read: |view, values| values.copy_from_slice(view.previous_action),
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "pegs",

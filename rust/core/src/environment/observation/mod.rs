@@ -71,6 +71,21 @@ pub struct BlockRow<M> {
     pub read: fn(&View<M>, &mut [f64]),
 }
 
+impl<M> BlockRow<M> {
+    /// What most rows have in common; each has a name, a description, elements and values of its own.
+    pub const DEFAULT: Self = Self {
+        name: "",
+        unit: "1",
+        description: "",
+        present: always,
+        elements: |_| Vec::new(),
+        scale: |_| 1.0,
+        bound: 4.0,
+        memory: false,
+        read: |_, _| (),
+    };
+}
+
 /// A block in the observation of one environment.
 #[derive(Debug)]
 pub struct ObservationBlock<M: 'static> {

@@ -9,47 +9,39 @@ impl<M: RobotModel> BlockRow<M> {
     pub(super) const PRIVILEGED: &'static [Self] = &[
         BlockRow {
             name: "privileged_friction",
-            unit: "1",
             description: "coefficients of friction along and across a link, as drawn for the episode",
-            present: |_| true,
             elements: |_| named(&[even("along"), even("across")]),
             scale: |_| 0.5,
-            bound: 4.0,
-            memory: false,
             read: |view, values| {
                 let factor = view.model.simulation().body().parameters.friction;
                 values.copy_from_slice(&[view.friction[0] * factor.x, view.friction[1] * factor.y]);
             },
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "privileged_robot",
-            unit: "1",
             description: "what the episode has drawn about the robot: factors on the mass and on the largest torque, minus \
                           1, and the backlash and Stribeck drop in addition to the configured ones",
-            present: |_| true,
             elements: |_| named(&[even("mass"), even("torque_limit"), even("backlash"), even("stribeck")]),
-            scale: |_| 1.0,
             bound: 10.0,
-            memory: false,
             read: |view, values| {
                 let drawn = &view.model.simulation().body().parameters;
                 values.copy_from_slice(&[drawn.mass - 1.0, drawn.torque_limit - 1.0, drawn.backlash, drawn.stribeck]);
             },
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "privileged_motion",
             unit: "m/s",
             description: "true velocity of the centre of gravity along the goal direction and to its left",
-            present: |_| true,
             elements: |_| named(&[even("x"), odd("y")]),
             scale: |_| 0.4,
-            bound: 4.0,
-            memory: false,
             read: |view, values| {
                 let (sin, cos) = view.bearing.sin_cos();
                 let velocity = view.model.motion().velocity;
                 values.copy_from_slice(&[velocity.x * cos + velocity.y * sin, velocity.y * cos - velocity.x * sin]);
             },
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "privileged_contact_force",

@@ -14,26 +14,23 @@ impl<M: RobotModel> BlockRow<M> {
     pub(super) const SENSING: &'static [Self] = &[
         BlockRow {
             name: "touch",
-            unit: "1",
             description: "1 for each link on which an obstacle pressed in the control period, else 0",
             present: |setup| setup.has_pegs(),
             elements: |setup| each(setup.links(), &[even("link_#")]),
-            scale: |_| 1.0,
             bound: 1.0,
             memory: true,
             read: |view, values| {
                 let links = values.iter_mut().enumerate();
                 links.for_each(|(link, value)| *value = f64::from(u8::from(view.model.is_pressed(link))));
             },
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "touch_side",
-            unit: "1",
             description: "side of each link on which obstacles pressed, all together and seen from above: 1 left, -1 right, \
                           0 none",
             present: |setup| setup.has_pegs(),
             elements: |setup| each(setup.links(), &[odd("link_#")]),
-            scale: |_| 1.0,
             bound: 1.0,
             memory: true,
             read: |view, values| {
@@ -43,6 +40,7 @@ impl<M: RobotModel> BlockRow<M> {
                     *value = if to_the_right == 0.0 { 0.0 } else { to_the_right.signum() };
                 }
             },
+            ..BlockRow::DEFAULT
         },
         BlockRow {
             name: "range",

@@ -27,12 +27,10 @@ pub const BODY: &[BlockRow<PlanarRobot>] = &[
         name: "joint_rate",
         unit: "rad/s",
         description: "angular velocity of each joint",
-        present: always,
         elements: |setup| each(setup.joints(), &[odd("joint_#")]),
         scale: |_| 2.5,
-        bound: 4.0,
-        memory: false,
         read: joint_rate,
+        ..BlockRow::DEFAULT
     },
 ];
 
@@ -63,17 +61,15 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<PlanarRobot>] = &[
     },
     BlockRow {
         name: "wave",
-        unit: "1",
         description: "phase of the wave, and its smoothed parameters as actions that would hold them",
         present: |setup| setup.config.action_mode.has_wave(),
         elements: |_| {
             let parameters = [even("amplitude"), even("frequency"), even("phase_shift"), odd("offset")];
             named(&[[odd("sin_phase"), odd("cos_phase")].as_slice(), &parameters].concat())
         },
-        scale: |_| 1.0,
         bound: 1.0,
-        memory: false,
         read: |view, values| view.model.reference.describe_wave(values),
+        ..BlockRow::DEFAULT
     },
 ];
 
@@ -82,40 +78,35 @@ pub const SENSING: &[BlockRow<PlanarRobot>] = &[
         name: "accelerometer",
         unit: "m/s^2",
         description: ACCELEROMETER,
-        present: always,
         elements: |_| named(&[even("forward"), odd("left")]),
         scale: |_| 9.81,
-        bound: 4.0,
-        memory: false,
         read: |view, values| {
             let force = Heading::of(view.model.simulation.state().pose[view.model.imu_link].z)
                 .to_link(view.model.specific_force());
             values.copy_from_slice(&[-force.x, -force.y]);
         },
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "gyro",
         unit: "rad/s",
         description: "angular velocity of link 1, or of `imu_link`",
-        present: always,
         elements: |_| named(&[odd("up")]),
         scale: |_| 2.5,
-        bound: 4.0,
-        memory: false,
         read: |view, values| values[0] = view.model.simulation.state().twist[view.model.imu_link].z,
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "motor_torque",
         unit: "N m",
         description: MOTOR_TORQUE,
-        present: always,
         elements: |setup| each(setup.joints(), &[odd("joint_#")]),
         scale: motor_scale,
         bound: 2.0,
-        memory: false,
         read: |view, values| {
             let torques = values.iter_mut().zip(view.model.simulation.joint_torque());
             torques.for_each(|(value, torque)| *value = -torque);
         },
+        ..BlockRow::DEFAULT
     },
 ];

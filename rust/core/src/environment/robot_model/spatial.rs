@@ -109,7 +109,7 @@ impl RobotModel for SpatialRobot {
             robot.force_from_below().filter(|force| *force > 0.0).count() as f64
         }),
         integer("self_contacts", "pairs of links pressed on each other at the end of this step", |robot| {
-            robot.simulation.body().warm_start.contacts.pressed_pairs(robot.robot().link_count()) as f64
+            robot.simulation.body().warm_start.last.contacts.pressed_pairs(robot.robot().link_count()) as f64
         }),
         float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
             robot.self_contact_force().iter().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()

@@ -32,22 +32,18 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
         name: "joint_rate",
         unit: "rad/s",
         description: "angular velocities of each joint",
-        present: always,
         elements: each_axis,
         scale: |_| 2.5,
-        bound: 4.0,
-        memory: false,
         read: joint_rate,
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "height",
         unit: "m",
         description: "height of each link's CG above that of a link that lies on the ground below it",
-        present: always,
         elements: |setup| each(setup.links(), &[even("link_#")]),
         scale: |setup| 2.0 * setup.robot.links.iter().map(|link| link.radius).fold(0.0, f64::max),
         bound: 8.0,
-        memory: false,
         read: |view, values| {
             let links = view.model.simulation.robot().links.iter().zip(&view.model.simulation.state().pose);
             let obstacles = &view.model.simulation.body().obstacles;
@@ -55,53 +51,46 @@ pub const BODY: &[BlockRow<SpatialRobot>] = &[
                 *value = pose.position.z - link.radius - obstacles.ground_height(&pose.position.xy());
             });
         },
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "attitude",
-        unit: "1",
         description: "mean turn of the links about their axes, positive where the left side comes up, and angle by \
                       which the body direction points up",
-        present: always,
         elements: |_| named(&[odd("sin_roll"), even("cos_roll"), even("pitch")]),
-        scale: |_| 1.0,
         bound: FRAC_PI_2,
-        memory: false,
         read: |view, values| {
             let attitude = view.model.attitude();
             (values[0], values[1]) = attitude.roll.sin_cos();
             values[2] = attitude.pitch;
         },
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "gravity",
-        unit: "1",
         description: "direction of gravity in the frame of link 1, or of `imu_link`, opposite to what an accelerometer at rest reads",
-        present: always,
         elements: |_| named(&[even("forward"), odd("left"), even("up")]),
-        scale: |_| 1.0,
         bound: SQRT_2,
-        memory: false,
         read: |view, values| {
             let simulation = &view.model.simulation;
             let direction = simulation.system().gravity / simulation.robot().gravity;
             let seen = simulation.state().pose[view.model.imu_link].orientation.inverse_transform_vector(&direction);
             values.copy_from_slice(&forward_left_up(&seen));
         },
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "gyro",
         unit: "rad/s",
         description: "angular velocity of link 1, or of `imu_link`, about its own axes",
-        present: always,
         // Angular velocities are axial: only that about the axis to the left survives the reflection.
         elements: |_| named(&[odd("forward"), even("left"), odd("up")]),
         scale: |_| 2.5,
-        bound: 4.0,
-        memory: false,
         read: |view, values| {
             values
                 .copy_from_slice(&forward_left_up(&turning(&view.model.simulation.state().twist[view.model.imu_link])));
         },
+        ..BlockRow::DEFAULT
     },
 ];
 
@@ -110,17 +99,15 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
         name: "normal_force",
         unit: "N",
         description: "normal force of the ground or a top face on each link, averaged over the control period",
-        present: always,
         elements: |setup| each(setup.links(), &[even("link_#")]),
         scale: |setup| {
             let weight = setup.robot.total_mass() * setup.robot.gravity / setup.links() as f64;
             4.0 * weight
         },
-        bound: 4.0,
-        memory: false,
         read: |view, values| {
             values.iter_mut().zip(view.model.force_from_below()).for_each(|(value, force)| *value = force);
         },
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "contact_force",
@@ -147,7 +134,6 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
     },
     BlockRow {
         name: "wave",
-        unit: "1",
         description: "phase of the waves, and their smoothed parameters as actions that would hold them",
         present: |setup| setup.config.action_mode.has_wave(),
         elements: |_| {
@@ -155,10 +141,9 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<SpatialRobot>] = &[
             let vertical = [odd("lift"), even("lift_phase")];
             named(&[[odd("sin_phase"), odd("cos_phase")].as_slice(), &horizontal, &vertical].concat())
         },
-        scale: |_| 1.0,
         bound: 1.0,
-        memory: false,
         read: |view, values| view.model.reference.describe_wave(values),
+        ..BlockRow::DEFAULT
     },
 ];
 
@@ -169,11 +154,9 @@ pub const SENSING: &[BlockRow<SpatialRobot>] = &[
         description: "height of the ground at 20 places around the robot, over that below its CG. They lie 0.4, 0.2, 0, -0.2 \
                       and -0.4 of its length ahead in the body direction, and 0.1 and 0.3 to the right; then in \
                       reverse the same to the left",
-        present: always,
         elements: |_| each(GROUND_PLACES, &[("height_#", Parity::Swapped)]),
         scale: |setup| 2.0 * setup.robot.links.iter().map(|link| link.radius).fold(0.0, f64::max),
         bound: 8.0,
-        memory: false,
         read: |view, values| {
             let obstacles = &view.model.simulation.body().obstacles;
             let (motion, length) = (view.model.motion(), view.model.robot().total_length());
@@ -188,49 +171,45 @@ pub const SENSING: &[BlockRow<SpatialRobot>] = &[
                 values[GROUND_PLACES - 1 - k] = height(ahead, aside) - below;
             }
         },
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "ground_touch",
-        unit: "1",
         description: "1 for each link that the ground or a top face carried in the control period, else 0",
-        present: always,
         elements: |setup| each(setup.links(), &[even("link_#")]),
-        scale: |_| 1.0,
         bound: 1.0,
         memory: true,
         read: |view, values| {
             let links = values.iter_mut().zip(view.model.force_from_below());
             links.for_each(|(value, force)| *value = f64::from(u8::from(force > 0.0)));
         },
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "accelerometer",
         unit: "m/s^2",
         description: ACCELEROMETER,
-        present: always,
         elements: |_| named(&[even("forward"), odd("left"), even("up")]),
         scale: |_| 9.81,
-        bound: 4.0,
-        memory: false,
         read: |view, values| {
             let orientation = &view.model.simulation.state().pose[view.model.imu_link].orientation;
             let force = orientation.inverse_transform_vector(&view.model.specific_force());
             values.copy_from_slice(&forward_left_up(&force));
         },
+        ..BlockRow::DEFAULT
     },
     BlockRow {
         name: "motor_torque",
         unit: "N m",
         description: MOTOR_TORQUE,
-        present: always,
         elements: each_axis,
         scale: motor_scale,
         bound: 2.0,
-        memory: false,
         read: |view, values| {
             let torques = view.model.simulation.joint_torque().iter().map(|torque| (-torque).into());
             values.iter_mut().zip(view.model.robot().of_axes(torques)).for_each(|(value, torque)| *value = torque);
         },
+        ..BlockRow::DEFAULT
     },
 ];
 

@@ -41,6 +41,37 @@ impl Clutter {
         let ground = OpenGround::new(config, robot, |_| (TRIES * MOST) as f64)?;
         Ok(Self { ground, robot_mass: robot.total_mass() })
     }
+
+    /// Discs and boxes that do not overlap, ahead of the middle of the robot.
+    fn scatter(&self, difficulty: f64, region: &PegRegion, rng: &mut Rng) -> Vec<Loose> {
+        let mut loose: Vec<Loose> = Vec::new();
+        let count = FEWEST + (difficulty * (MOST - FEWEST) as f64).round() as usize;
+        let passage = PASSAGE * region.body_radius;
+        let is_heavy = |one: &Loose| one.mass * one.ground_friction > HEAVY * self.robot_mass;
+        for _ in 0..TRIES * count {
+            let one = self.loose(difficulty, region, rng);
+            let has_room = |other: &Loose| {
+                let [here, there] = [&one, other].map(|one| Vector2::new(one.bound.x, one.bound.y));
+                let gap = (here - there).norm() - one.bound.radius - other.bound.radius;
+                gap > if is_heavy(&one) && is_heavy(other) { passage } else { region.clearance() }
+            };
+            if loose.len() < count && loose.iter().all(has_room) {
+                loose.push(one);
+            }
+        }
+        loose
+    }
+
+    fn loose(&self, difficulty: f64, region: &PegRegion, rng: &mut Rng) -> Loose {
+        let radius = region.radius(LARGEST, 1.0, rng);
+        let (x, side) = (rng.uniform(0.0, region.x[1]), rng.around_zero(ACROSS * region.half_width));
+        let mass = LIGHTEST * (HEAVIEST / LIGHTEST).powf(difficulty * rng.unit().sqrt()) * self.robot_mass;
+        let roughest = ROUGHEST[0] + difficulty * (ROUGHEST[1] - ROUGHEST[0]);
+        let ground_friction = rng.uniform(SMOOTHEST, roughest);
+        let edges = [rng.uniform(0.0, PI), rng.uniform(SLIMMEST, FRAC_PI_4)];
+        let edges = (rng.unit() < BOXES).then_some(edges);
+        Loose { bound: Peg { radius, x, y: region.centre_line + side }, mass, ground_friction, edges }
+    }
 }
 
 impl Scenario for Clutter {
@@ -79,39 +110,6 @@ impl From<Loose> for Obstacle {
             Shape::Box { size, x: bound.x, y: bound.y, angle }
         });
         Obstacle { mass: Some(mass), ground_friction, ..Obstacle::endless(shape) }
-    }
-}
-
-impl Clutter {
-    /// Discs and boxes that do not overlap, ahead of the middle of the robot.
-    fn scatter(&self, difficulty: f64, region: &PegRegion, rng: &mut Rng) -> Vec<Loose> {
-        let mut loose: Vec<Loose> = Vec::new();
-        let count = FEWEST + (difficulty * (MOST - FEWEST) as f64).round() as usize;
-        let passage = PASSAGE * region.body_radius;
-        let is_heavy = |one: &Loose| one.mass * one.ground_friction > HEAVY * self.robot_mass;
-        for _ in 0..TRIES * count {
-            let one = self.loose(difficulty, region, rng);
-            let has_room = |other: &Loose| {
-                let [here, there] = [&one, other].map(|one| Vector2::new(one.bound.x, one.bound.y));
-                let gap = (here - there).norm() - one.bound.radius - other.bound.radius;
-                gap > if is_heavy(&one) && is_heavy(other) { passage } else { region.clearance() }
-            };
-            if loose.len() < count && loose.iter().all(has_room) {
-                loose.push(one);
-            }
-        }
-        loose
-    }
-
-    fn loose(&self, difficulty: f64, region: &PegRegion, rng: &mut Rng) -> Loose {
-        let radius = region.radius(LARGEST, 1.0, rng);
-        let (x, side) = (rng.uniform(0.0, region.x[1]), rng.around_zero(ACROSS * region.half_width));
-        let mass = LIGHTEST * (HEAVIEST / LIGHTEST).powf(difficulty * rng.unit().sqrt()) * self.robot_mass;
-        let roughest = ROUGHEST[0] + difficulty * (ROUGHEST[1] - ROUGHEST[0]);
-        let ground_friction = rng.uniform(SMOOTHEST, roughest);
-        let edges = [rng.uniform(0.0, PI), rng.uniform(SLIMMEST, FRAC_PI_4)];
-        let edges = (rng.unit() < BOXES).then_some(edges);
-        Loose { bound: Peg { radius, x, y: region.centre_line + side }, mass, ground_friction, edges }
     }
 }
 

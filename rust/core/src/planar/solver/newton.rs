@@ -279,15 +279,8 @@ impl<T: Real> Newton<T> {
             let (joint_rate, joint_step) = (link.twist.z - omega, link.step.z - change);
             (omega, change) = (link.twist.z, link.step.z);
             let expected = link.joint_stiffness.subtract_from(joint_step, link.joint_moment);
-            link.joint_stiffness = link.actuator.evaluate(form, joint_rate);
-            if i > 0
-                && let Some(motor) = self.motors.get_mut(i - 1)
-            {
-                let drive = (link.actuator.impulse, link.joint_stiffness);
-                (link.actuator.impulse, link.joint_moment, link.joint_stiffness) = motor.drive(form, joint_rate, drive);
-            } else {
-                link.joint_moment = link.actuator.impulse;
-            }
+            let motor = i.checked_sub(1).and_then(|joint| self.motors.get_mut(joint));
+            (link.joint_moment, link.joint_stiffness) = link.actuator.evaluate_with(motor, form, joint_rate);
             if i > 0
                 && let Some(stop) = self.stops.get_mut(i - 1)
             {

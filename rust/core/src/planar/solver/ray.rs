@@ -66,19 +66,8 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
                 );
             }
             let (rate, turn) = (link.start.z - omega, link.step.z - change);
-            match i.checked_sub(1).and_then(|joint| newton.motors.get(joint)) {
-                Some(motor) => add(
-                    &mut sum,
-                    motor.along(
-                        #[inline(always)]
-                        |rate| link.actuator.at(rate),
-                        rate,
-                        turn,
-                        alpha,
-                    ),
-                ),
-                None => add(&mut sum, link.actuator.along(rate, turn, alpha)),
-            }
+            let motor = i.checked_sub(1).and_then(|joint| newton.motors.get(joint));
+            add(&mut sum, link.actuator.along_with(motor, rate, turn, alpha));
             if i > 0
                 && let Some(stop) = newton.stops.get(i - 1)
             {

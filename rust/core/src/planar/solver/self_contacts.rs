@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::contact::LINK_CONTACTS_PER_LINK;
-use crate::math::{Real, add_scaled};
+use crate::math::{Real, add_scaled, keep};
 use crate::planar::{Stage, StageSolution};
 use crate::solver::{EliminatedChain, LawForm, add};
 
@@ -13,7 +13,6 @@ use super::link_term::LinkTerm;
 use super::low_rank::{Coupling, LowRank, coupling_of, respond};
 use super::sweep::Quadratic;
 use super::terms::RowTerm;
-use super::transfer::keep;
 use super::unilateral::{RowLaw, UnilateralTerm};
 
 /// The contacts of the current stage.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use crate::math::{Mask, Real, select_into};
+use crate::math::{Mask, Real, keep, select_into};
 use crate::planar::{Stage, StageLink, StageSolution};
 use crate::solver::{ActuatorTerm, FrictionTerm, MotorTerm, SurfaceTerm};
 
@@ -79,9 +79,7 @@ impl<T: Real> Newton<T> {
         for (i, link) in self.links.iter().enumerate() {
             let velocity = stage.links[i].heading.to_world(link.twist.xy());
             select_into(&mut solution.twist[i], lanes, &Vector3::new(velocity.x, velocity.y, link.twist.z));
-            let friction = link.friction.impulse();
-            keep(&mut solution.friction[i].x, lanes, friction.x);
-            keep(&mut solution.friction[i].y, lanes, friction.y);
+            select_into(&mut solution.friction[i], lanes, &link.friction.impulse());
             if (1..stage.chain()).contains(&i) {
                 keep(&mut solution.actuator[i - 1], lanes, link.actuator.impulse);
             }
@@ -99,8 +97,7 @@ impl<T: Real> Newton<T> {
         }
         for (node, surface) in (stage.chain()..).zip(&self.surfaces) {
             let impulse = surface.impulse();
-            keep(&mut solution.friction[node].x, lanes, impulse.x);
-            keep(&mut solution.friction[node].y, lanes, impulse.y);
+            select_into(&mut solution.friction[node], lanes, &impulse.xy());
             keep(&mut solution.spin[node], lanes, impulse.z);
         }
         for (impulse, contact) in solution.contact.iter_mut().zip(&self.contacts) {
@@ -111,12 +108,6 @@ impl<T: Real> Newton<T> {
         }
         self.self_contacts.write(solution, lanes);
     }
-}
-
-/// Sets a number in the given lanes.
-#[inline(always)]
-pub(super) fn keep<T: Real>(target: &mut T, lanes: T::Mask, value: T) {
-    *target = T::select(lanes, value, *target);
 }
 
 /// Velocity of the end without a joint of the first link, in its frame.

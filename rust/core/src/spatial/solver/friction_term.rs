@@ -3,9 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::laws::{Disc, DiscEvaluation, Halves, Symmetric2};
-use crate::math::{Mask, Real};
-
-use super::terms::select;
+use crate::math::{Mask, Real, select_into};
 
 /// What the friction laws of a stage share: the shape of the ellipse, its size but for the normal impulse, and the
 /// penalty.
@@ -150,12 +148,12 @@ impl<T: Real> FrictionTerm<T> {
     #[inline(always)]
     pub fn raise(&mut self, halves: impl Halves, lanes: T::Mask) {
         self.held = lanes & sticks(&halves.in_disc(&self.value), self.radius);
-        self.centre = select(lanes, &halves.gradient(&self.value), &self.centre);
+        select_into(&mut self.centre, lanes, &halves.gradient(&self.value));
     }
 
     #[inline(always)]
     pub fn recentre(&mut self, lanes: T::Mask) {
-        self.centre = select(lanes, &self.value, &self.centre);
+        select_into(&mut self.centre, lanes, &self.value);
         // Velocity and multiplier now carry the same friction: both together would make a sticking contact slip.
         self.held = lanes & sticks(&self.centre, self.radius);
     }
@@ -170,13 +168,13 @@ impl<T: Real> FrictionTerm<T> {
         stiffness: &Symmetric2<T>,
         lanes: T::Mask,
     ) {
-        self.centre = select(lanes, &halves.gradient(&self.value), &self.centre);
+        select_into(&mut self.centre, lanes, &halves.gradient(&self.value));
         let Symmetric2 { xx, xy, yy } = *stiffness;
         let value = Vector2::new(
             xy.subtract_from(gamma.y, xx.subtract_from(gamma.x, self.value.x)),
             yy.subtract_from(gamma.y, xy.subtract_from(gamma.x, self.value.y)),
         );
-        self.value = select(lanes, &value, &self.value);
+        select_into(&mut self.value, lanes, &value);
     }
 
     /// The alpha at which the slip gamma^ + alpha rate is least; not a number if it does not change, or has no friction.

@@ -20,15 +20,15 @@
 
 use crate::laws::{Halves, Skin, Whole};
 use crate::math::{Kernel, Mask, Real};
-use crate::solver::{Anderson, MotorTerm, Outcome, SurfaceTerm};
+use crate::solver::{Anderson, LawForm, MotorTerm, Outcome, SurfaceTerm};
 
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, LinkTerm};
 use super::obstacle_friction::ObstacleFriction;
 use super::progress::{Assembly, Progress};
 use super::self_contacts::SelfContacts;
-use super::sweep::Quadratic;
-use super::terms::{ObstacleTerm, StopTerm, add_motor, evaluate_actuator};
+use super::sweep::{ActuatorModel, Quadratic};
+use super::terms::{ObstacleTerm, StopTerm};
 use crate::spatial::spatial_vector::{Twist, inner};
 use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageFriction, StageSolution};
@@ -278,11 +278,13 @@ impl<T: Real> Newton<T> {
             if i == 0 {
                 break;
             }
-            let [yaw, pitch] = &mut link.actuators;
-            let mut axes = [evaluate_actuator(yaw, link.rates[0]), evaluate_actuator(pitch, link.rates[1])];
-            if let Some(motors) = self.motors.get_mut(2 * (i - 1)..2 * i) {
-                for (k, motor) in motors.iter_mut().enumerate() {
-                    add_motor(&mut link.actuators[k], motor, &mut axes[k], link.rates[k], recentred);
+            let mut axes = [ActuatorModel { stiffness: T::zero(), impulse: T::zero() }; 2];
+            for (k, axis) in axes.iter_mut().enumerate() {
+                let (rate, mut motor) = (link.rates[k], self.motors.get_mut(2 * (i - 1) + k));
+                (axis.impulse, axis.stiffness) =
+                    link.actuators[k].evaluate_with(motor.as_deref_mut(), LawForm::Present, rate);
+                if let Some(motor) = motor {
+                    axis.impulse += motor.recentre_here(rate, recentred);
                     squared_error = squared_error.max(motor.squared_error() * self.laws.penalty * self.laws.penalty);
                 }
             }

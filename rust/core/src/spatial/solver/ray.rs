@@ -54,17 +54,7 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
             for axis in 0..2 {
                 let (actuator, rate, change) = (&link.actuators[axis], link.rates[axis], link.step_rates[axis]);
                 let motor = (2 * i + axis).checked_sub(2).and_then(|axis| newton.motors.get(axis));
-                let driven = match motor {
-                    Some(motor) => motor.along(
-                        #[inline(always)]
-                        |rate| actuator.at(rate),
-                        rate,
-                        change,
-                        alpha,
-                    ),
-                    None => actuator.along(rate, change, alpha),
-                };
-                add(&mut sum, driven);
+                add(&mut sum, actuator.along_with(motor, rate, change, alpha));
                 if i > 0
                     && let Some(stop) = newton.stops.get(2 * (i - 1) + axis)
                 {

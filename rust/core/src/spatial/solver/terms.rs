@@ -4,11 +4,8 @@
 //! a generalised Hessian of rank one or two. Around the multiplier zero it is the law with a compliance 1/r; the same r
 //! for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike.
 
-use nalgebra::Vector2;
-
 use crate::laws::HalfLine;
 use crate::math::{Mask, Real};
-use crate::solver::{ActuatorTerm, LawForm, MotorTerm};
 use crate::stepping::StageStop;
 
 use super::sweep::ActuatorModel;
@@ -133,28 +130,6 @@ impl<T: Real> ContactTerm<T> {
     }
 }
 
-/// Moves an actuator to the joint rate.
-#[inline(always)]
-pub(super) fn evaluate_actuator<T: Real>(actuator: &mut ActuatorTerm<T>, rate: T) -> ActuatorModel<T> {
-    let stiffness = actuator.evaluate(LawForm::Present, rate);
-    ActuatorModel { stiffness, impulse: actuator.impulse }
-}
-
-/// Keeps the drive, last evaluated at the same rate, within the motor's line, and adds what the motor gives besides; its
-/// multiplier moves in the lanes `recentred`.
-#[inline(always)]
-pub(super) fn add_motor<T: Real>(
-    actuator: &mut ActuatorTerm<T>,
-    motor: &mut MotorTerm<T>,
-    axis: &mut ActuatorModel<T>,
-    rate: T,
-    recentred: T::Mask,
-) {
-    let drive = (actuator.impulse, axis.stiffness);
-    (actuator.impulse, axis.impulse, axis.stiffness) = motor.drive(LawForm::Present, rate, drive);
-    axis.impulse += motor.recentre_here(rate, recentred);
-}
-
 /// Contact with an obstacle together with its direction.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ObstacleTerm<T: Real> {
@@ -172,10 +147,4 @@ impl<T: Real> ObstacleTerm<T> {
             normal: ContactTerm::new(contact.offset, penalty, impulse),
         }
     }
-}
-
-/// `yes` in the given lanes, elsewhere `no`.
-#[inline(always)]
-pub(super) fn select<T: Real>(lanes: T::Mask, yes: &Vector2<T>, no: &Vector2<T>) -> Vector2<T> {
-    Vector2::new(T::select(lanes, yes.x, no.x), T::select(lanes, yes.y, no.y))
 }

@@ -125,7 +125,7 @@ impl<T: Real> Workspace<T> {
         let SpatialBody { warm_start: state, obstacles, .. } = body;
         for (place, &number) in places.clone().zip(&self.awake.of(lane)[places]) {
             self.movables[place].set_lane(lane, &StageMovable::of(system, &obstacles.movables()[number]));
-            self.surface_force[place].set_lane(lane, &state.surface[number]);
+            self.surface_force[place].set_lane(lane, &state.last.surface[number]);
             self.motion.start.moved[place].set_lane(lane, &state.configuration.moved[number]);
         }
     }

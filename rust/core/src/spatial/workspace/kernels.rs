@@ -98,8 +98,8 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         for (i, forces) in self.forces.normal.iter().enumerate() {
             normal[i] = [c * forces[0], c * forces[1]];
             let [front, rear] = &self.forces.friction[i];
-            friction[i] = [impulse(front, c), impulse(rear, c)];
-            rolling[i] = impulse(&self.forces.rolling[i], c);
+            friction[i] = [times(c, front), times(c, rear)];
+            rolling[i] = times(c, &self.forces.rolling[i]);
         }
         for (impulse, force) in self.solution.surface.iter_mut().zip(&self.surface_force) {
             *impulse = scaled(force, c);
@@ -134,9 +134,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         for (i, impulse) in self.solution.normal.iter().enumerate() {
             for end in 0..2 {
                 normal[i][end] = T::select(lanes, impulse[end] * per_second, normal[i][end]);
-                select_force(&mut friction[i][end], lanes, &self.solution.friction[i][end], per_second);
+                select_into(&mut friction[i][end], lanes, &times(per_second, &self.solution.friction[i][end]));
             }
-            select_force(&mut rolling[i], lanes, &self.solution.rolling[i], per_second);
+            select_into(&mut rolling[i], lanes, &times(per_second, &self.solution.rolling[i]));
         }
         for (force, impulse) in self.surface_force.iter_mut().zip(&self.solution.surface) {
             select_into(force, lanes, &scaled(impulse, per_second));
@@ -350,15 +350,8 @@ fn slip<T: Real>(links: &[StageLink<T>], frames: &[Frame<T>], twists: &[Twist<T>
 }
 
 #[inline(always)]
-fn impulse<T: Real>([x, y]: &[T; 2], c: T) -> Vector2<T> {
-    Vector2::new(c * *x, c * *y)
-}
-
-/// Sets the force of an impulse in the given lanes.
-#[inline(always)]
-fn select_force<T: Real>(force: &mut [T; 2], lanes: T::Mask, impulse: &Vector2<T>, per_second: T) {
-    force[0] = T::select(lanes, impulse.x * per_second, force[0]);
-    force[1] = T::select(lanes, impulse.y * per_second, force[1]);
+fn times<T: Real>(c: T, v: &Vector2<T>) -> Vector2<T> {
+    Vector2::new(c * v.x, c * v.y)
 }
 
 /// Direction along which friction has mu_x: the shadow of the centre line (T 4.36), of an upright link that of e_x^B.

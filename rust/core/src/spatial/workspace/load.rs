@@ -19,22 +19,22 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.load_movables(members);
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
-        self.drives.backlash.load(|lane| (parameters(lane).backlash, &members.body(lane).warm_start.backlash));
+        self.drives.backlash.load(|lane| (parameters(lane).backlash, &members.body(lane).warm_start.last.backlash));
         self.shares.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
-        self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
-        self.motors.load(|lane| (parameters(lane).torque_limit, &members.body(lane).warm_start.gear_friction));
+        self.joint_stops.load(|lane| &members.body(lane).warm_start.last.joint_stops);
+        self.motors.load(|lane| (parameters(lane).torque_limit, &members.body(lane).warm_start.last.gear_friction));
         for lane in 0..T::LANES {
             let state = &members.body(lane).warm_start;
             self.motion.start.set_lane(lane, &state.configuration);
             self.motion.start_velocity.set_lane(lane, &state.velocity);
             write_lane::<T, _>(&mut self.motion.start_momentum, lane, &state.momentum);
-            self.forces.set_lane(lane, &state.forces);
-            self.known[lane].copy_from(&state.contacts);
+            self.forces.set_lane(lane, &state.last.forces);
+            self.known[lane].copy_from(&state.last.contacts);
         }
         for (i, ends) in self.stood.iter_mut().enumerate() {
-            *ends = [0, 1].map(|end| T::Mask::of(|lane| members.body(lane).warm_start.stands[i][end]));
+            *ends = [0, 1].map(|end| T::Mask::of(|lane| members.body(lane).warm_start.last.stands[i][end]));
         }
-        self.began_at_rest = T::Mask::of(|lane| members.body(lane).warm_start.began_at_rest);
+        self.began_at_rest = T::Mask::of(|lane| members.body(lane).warm_start.last.began_at_rest);
     }
 
     fn take_guesses(&mut self, members: &mut Members<Spatial>) {

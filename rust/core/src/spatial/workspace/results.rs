@@ -137,12 +137,12 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     fn accept(&mut self, system: &SpatialSystem, lane: usize, body: &mut SpatialBody) {
         let c = self.stage.coefficient.lane(lane);
         let SpatialBody { warm_start: state, ground_impulse, obstacles, .. } = body;
-        state.began_at_rest = is_at_rest(&state.velocity);
+        state.last.began_at_rest = is_at_rest(&state.velocity);
         self.result.arrival.read_lane(lane, &mut state.configuration);
         self.result.kept.end.read_lane(lane, &mut state.velocity);
-        self.drives.backlash.save(lane, &mut state.backlash);
-        self.joint_stops.save(lane, &mut state.joint_stops);
-        self.motors.save(lane, &mut state.gear_friction);
+        self.drives.backlash.save(lane, &mut state.last.backlash);
+        self.joint_stops.save(lane, &mut state.last.joint_stops);
+        self.motors.save(lane, &mut state.last.gear_friction);
         read_lane::<T, _>(&self.result.kept.momentum, lane, &mut state.momentum);
         self.keep_forces(lane, state);
         self.keep_bodies(system, lane, obstacles.movables(), state);
@@ -150,7 +150,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         for (link, sum) in ground_impulse.iter_mut().enumerate() {
             *sum += self.ground_impulse(lane, link);
         }
-        for (torque, drive) in state.joint_torque.iter_mut().zip(&self.result.kept.actuator) {
+        for (torque, drive) in state.last.joint_torque.iter_mut().zip(&self.result.kept.actuator) {
             *torque = -Vector2::new(drive[0].lane(lane), drive[1].lane(lane)) / c;
         }
         body.is_plausible &= state.velocity.is_plausible();
@@ -165,7 +165,7 @@ impl<T: Real> Workspace<T> {
         for &number in self.awake.asleep(lane) {
             state.velocity.moved[number] = Twist::zero();
             let held = holding(&movables[number], &state.moved(number), &system.gravity);
-            state.surface[number] = held.unwrap_or_default();
+            state.last.surface[number] = held.unwrap_or_default();
         }
     }
 
@@ -239,9 +239,9 @@ impl<T: Real> Workspace<T> {
 
     /// Keeps the forces of a lane's last stage as the next warm start.
     fn keep_forces(&self, lane: usize, state: &mut ChainState) {
-        self.forces.read_lane(lane, &mut state.forces);
-        self.awake.read(lane, &self.surface_force, &mut state.surface);
-        state.contacts.copy_from(&self.known[lane]);
+        self.forces.read_lane(lane, &mut state.last.forces);
+        self.awake.read(lane, &self.surface_force, &mut state.last.surface);
+        state.last.contacts.copy_from(&self.known[lane]);
     }
 }
 
