@@ -63,6 +63,13 @@ pub trait Real:
     /// Runs `kernel` as a function of its own with the instruction set of this type switched on.
     fn run<K: Kernel>(kernel: K) -> K::Output;
 
+    /// The same of a closure, which must be `#[inline(always)]`. Were it not known here that it is called once, the call
+    /// would go by way of a function that is not inlined.
+    #[inline(always)]
+    fn call<R>(kernel: impl FnOnce() -> R) -> R {
+        Self::run(Closure(kernel))
+    }
+
     /// (sin x, cos x) to about one unit in the last place, for |x| below 1e6.
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
@@ -91,6 +98,18 @@ pub trait Mask: Send + Sync + Copy + Debug + BitAnd<Output = Self> + BitOr<Outpu
 pub trait Kernel {
     type Output;
     fn run(self) -> Self::Output;
+}
+
+/// The closure of [`Real::call`].
+struct Closure<F>(F);
+
+impl<R, F: FnOnce() -> R> Kernel for Closure<F> {
+    type Output = R;
+
+    #[inline(always)]
+    fn run(self) -> R {
+        (self.0)()
+    }
 }
 
 impl Mask for bool {

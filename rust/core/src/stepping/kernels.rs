@@ -1,6 +1,6 @@
 //! Parts of a step and solves of a stage for the instruction set of a width: [`Real::run`] inlines all of a kernel.
 
-use crate::math::{Kernel, Real};
+use crate::math::Real;
 
 use super::stage::{SolvedStage, StageKernels};
 
@@ -26,26 +26,9 @@ pub struct Request<T: Real> {
 
 /// Does a part of a step.
 pub fn run<T: Real>(workspace: &mut impl StageKernels<T>, operation: Operation<T>) {
-    T::run(RunOperation { workspace, operation });
-}
-
-/// Solves a stage.
-pub fn solve<T: Real>(workspace: &mut impl StageKernels<T>, request: Request<T>) -> SolvedStage<T> {
-    T::run(Solve { workspace, request })
-}
-
-struct RunOperation<'a, T: Real, W> {
-    workspace: &'a mut W,
-    operation: Operation<T>,
-}
-
-impl<T: Real, W: StageKernels<T>> Kernel for RunOperation<'_, T, W> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let workspace = self.workspace;
-        match self.operation {
+    T::call(
+        #[inline(always)]
+        move || match operation {
             Operation::Begin => workspace.begin(),
             Operation::FollowWaves => workspace.follow_waves(),
             Operation::Extrapolate { h } => workspace.extrapolate(h),
@@ -53,21 +36,15 @@ impl<T: Real, W: StageKernels<T>> Kernel for RunOperation<'_, T, W> {
             Operation::Evaluate { lanes } => workspace.evaluate(lanes),
             Operation::Keep { solved, again } => workspace.keep(solved, again),
             Operation::Arrive => workspace.arrive(),
-        }
-    }
+        },
+    );
 }
 
-struct Solve<'a, T: Real, W> {
-    workspace: &'a mut W,
-    request: Request<T>,
-}
-
-impl<T: Real, W: StageKernels<T>> Kernel for Solve<'_, T, W> {
-    type Output = SolvedStage<T>;
-
-    #[inline(always)]
-    fn run(self) -> SolvedStage<T> {
-        let Request { tolerance, max_iterations, lanes } = self.request;
-        self.workspace.solve(tolerance, max_iterations, lanes)
-    }
+/// Solves a stage.
+pub fn solve<T: Real>(workspace: &mut impl StageKernels<T>, request: Request<T>) -> SolvedStage<T> {
+    let Request { tolerance, max_iterations, lanes } = request;
+    T::call(
+        #[inline(always)]
+        move || workspace.solve(tolerance, max_iterations, lanes),
+    )
 }

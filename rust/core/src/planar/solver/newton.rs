@@ -12,12 +12,11 @@ use nalgebra::Vector2;
 
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
 use crate::laws::{Halves, Skin, Whole};
-use crate::math::{Kernel, Mask, Real, add_scaled, select_into};
+use crate::math::{Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageSolution};
 use crate::solver::{self, Anderson, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, SurfaceTerm, Tuning};
 
 use super::contact_friction::ContactFriction;
-use super::kernels::{CoupledStep, EvaluateLaws, FrictionError};
 use super::link_term::{LinkTerm, linear};
 use super::self_contacts::SelfContacts;
 use super::sweep::Quadratic;
@@ -214,7 +213,7 @@ impl<T: Real> Newton<T> {
             let shortened = add_scaled(&link.start, &link.step, fraction);
             select_into(&mut link.twist, overshoots, &shortened);
         }
-        let shortened = T::run(EvaluateLaws { newton: self, form: LawForm::Present });
+        let shortened = self.evaluate_here(LawForm::Present);
         let remainder = T::select(overshoots, T::splat(f64::INFINITY), full.remainder);
         StepEnd { remainder, ..shortened }
     }
@@ -346,20 +345,10 @@ impl Newton {
         tolerance: f64,
         max_iterations: u32,
     ) -> Outcome {
-        f64::run(SolveOne(self, stage, solution, (tolerance, max_iterations)))
-    }
-}
-
-/// [`Newton::solve_one`].
-struct SolveOne<'a>(&'a mut Newton, &'a Stage, &'a mut StageSolution, (f64, u32));
-
-impl Kernel for SolveOne<'_> {
-    type Output = Outcome;
-
-    #[inline(always)]
-    fn run(self) -> Outcome {
-        let Self(newton, stage, solution, (tolerance, max_iterations)) = self;
-        newton.solve(stage, solution, tolerance, max_iterations, true)
+        f64::call(
+            #[inline(always)]
+            move || self.solve(stage, solution, tolerance, max_iterations, true),
+        )
     }
 }
 
@@ -368,7 +357,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
 
     #[inline(always)]
     fn evaluate(&mut self, form: LawForm) {
-        T::run(EvaluateLaws { newton: self, form });
+        self.evaluate_here(form);
     }
 
     #[inline(always)]
@@ -376,7 +365,7 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         if !self.is_coupled() && self.skin.is_none() {
             self.step::<false>(Whole, active, damped)
         } else {
-            T::run(CoupledStep { newton: self, active, damped })
+            self.coupled_step(active, damped)
         }
     }
 
@@ -384,7 +373,10 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     fn multiplier_error(&self) -> T {
         let mut squared = match self.skin {
             None => self.squared_friction_error(Whole),
-            Some(skin) => T::run(FrictionError { newton: self, skin }),
+            Some(skin) => T::call(
+                #[inline(always)]
+                || self.squared_friction_error(skin),
+            ),
         };
         for stop in &self.stops {
             squared = squared.max(stop.squared_error());

@@ -18,8 +18,8 @@
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses while the others
 //! continue, so that each takes exactly the steps it would take without neighbours.
 
-use crate::laws::{Halves, Skin, Whole};
-use crate::math::{Kernel, Mask, Real};
+use crate::laws::{Halves, Whole};
+use crate::math::{Mask, Real};
 use crate::solver::{Anderson, LawForm, MotorTerm, Outcome, SurfaceTerm};
 
 use super::friction_term::FrictionTerm;
@@ -189,7 +189,11 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn pass(&mut self, fraction: T, moving: T::Mask, following: T, recentred: T::Mask) -> Assembly<T> {
         if let Some(skin) = self.laws.skin {
-            T::run(AssembleSkin { newton: self, skin, fraction, moving, following, recentred })
+            // Apart from the code of other stages.
+            T::call(
+                #[inline(always)]
+                move || self.assemble::<true>(skin, fraction, moving, following, recentred),
+            )
         } else if recentred.any() {
             self.assemble::<true>(Whole, fraction, moving, following, recentred)
         } else {
@@ -382,40 +386,10 @@ impl Newton {
         tolerance: f64,
         max_iterations: u32,
     ) -> Outcome {
-        f64::run(SolveOne(self, stage, solution, (tolerance, max_iterations)))
-    }
-}
-
-/// [`Newton::solve_one`].
-struct SolveOne<'a>(&'a mut Newton, &'a Stage, &'a mut StageSolution, (f64, u32));
-
-impl Kernel for SolveOne<'_> {
-    type Output = Outcome;
-
-    #[inline(always)]
-    fn run(self) -> Outcome {
-        let Self(newton, stage, solution, (tolerance, max_iterations)) = self;
-        newton.solve(stage, solution, tolerance, max_iterations, true)
-    }
-}
-
-/// [`Newton::assemble`] with a skin, apart from the code of other stages.
-struct AssembleSkin<'a, T: Real> {
-    newton: &'a mut Newton<T>,
-    skin: Skin,
-    fraction: T,
-    moving: T::Mask,
-    following: T,
-    recentred: T::Mask,
-}
-
-impl<T: Real> Kernel for AssembleSkin<'_, T> {
-    type Output = Assembly<T>;
-
-    #[inline(always)]
-    fn run(self) -> Assembly<T> {
-        let Self { newton, skin, fraction, moving, following, recentred } = self;
-        newton.assemble::<true>(skin, fraction, moving, following, recentred)
+        f64::call(
+            #[inline(always)]
+            move || self.solve(stage, solution, tolerance, max_iterations, true),
+        )
     }
 }
 

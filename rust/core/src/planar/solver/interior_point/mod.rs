@@ -24,7 +24,7 @@ use self::contact::Contact;
 use self::limit_surface::{Ground, SurfaceCone};
 use self::pair::Pair;
 use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
-use crate::math::{Kernel, Real};
+use crate::math::Real;
 use crate::planar::solver::link_term::in_frame;
 use crate::planar::solver::low_rank::{Coupling, LowRank, coupling_of, respond};
 use crate::planar::solver::sweep::{Quadratic, Segment};
@@ -230,7 +230,10 @@ impl InteriorPoint {
 
     /// Solves the linear system for the present right-hand sides and lets all pairs follow.
     fn find_direction(&mut self, stage: &Stage, twist: &[Vector3<f64>]) {
-        f64::run(FindDirection { method: self, stage, twist });
+        f64::call(
+            #[inline(always)]
+            || self.linearise_and_follow(stage, twist),
+        );
     }
 
     #[inline(always)]
@@ -428,22 +431,6 @@ impl InteriorPoint {
         for (soft, k) in self.self_contact.iter().zip(&self.near) {
             solution.pair[*k] = soft.impulse(stage.links[stage.pairs[*k].links[0]].mass);
         }
-    }
-}
-
-/// [`InteriorPoint::find_direction`].
-struct FindDirection<'a> {
-    method: &'a mut InteriorPoint,
-    stage: &'a Stage,
-    twist: &'a [Vector3<f64>],
-}
-
-impl Kernel for FindDirection<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.method.linearise_and_follow(self.stage, self.twist);
     }
 }
 
