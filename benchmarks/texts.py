@@ -41,11 +41,11 @@ NEON, 8 AVX-512 registers."""
 
 PRECISION = f"""## Error against run time
 
-One robot follows the gait (T 7.3) for five seconds, three in the jam. The error is the largest distance of any link
-from the converged run at any sample. That run is computed twice with fine steps; errors below {TRUST:g} times their
-distance are shown as that bound. Speed is simulated seconds per CPU second of one thread: of one robot, and of 64
-robots in registers. A curve consists of the points that no other setting of the same method beats in both error and
-speed. `benchmarks.json` holds every point with its settings."""
+One robot follows the gait (T 7.3), or sidewinds (T 7.5), for five seconds, three in the jam. The error is the largest
+distance of any link from the converged run at any sample. That run is computed twice with fine steps; errors below
+{TRUST:g} times their distance are shown as that bound. Speed is simulated seconds per CPU second of one thread: of
+one robot, and of 64 robots in registers. A curve consists of the points that no other setting of the same method
+beats in both error and speed. `benchmarks.json` holds every point with its settings."""
 
 DEFAULT = """Errors at the default step. Between pegs they grow while a link is about to slip past one and decay behind
 it."""
@@ -83,7 +83,7 @@ CPU time of one call of `step` without physics."""
 
 HOW = """## How to reproduce
 
-    make bench                       # everything, about 40 minutes; runs/bench
+    make bench                       # everything, about 25 minutes; runs/bench
     make bench BENCH=--quick         # within 2 minutes
     make bench BENCH="--parts precision peer --scenes free course-7.5"
     make bench BENCH=--write-docs    # everything, and this page

@@ -5,7 +5,7 @@
     python -m experiments.pictures --only env-field.gif course.png
 
 Every PNG and GIF file of docs/images holds what it was made from (:mod:`experiments.origin`); it is stale if that has
-changed. :mod:`experiments.picture_list` has them all, and names those that are final. Three need Chromium and
+changed. :mod:`experiments.picture_list` lists them, and those that are final. Three need Chromium and
 playwright, two of these also `make playground`.
 """
 

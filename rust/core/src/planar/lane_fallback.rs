@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use crate::math::Real;
-use crate::stepping::{Effort, FallbackResult, NEARBY, is_cheap, may_fall_back};
+use crate::stepping::{Effort, FallbackResult, NEARBY, is_worth_an_end, may_fall_back};
 
 use super::{Fallback, Stage, StageSolution, certify};
 
@@ -41,7 +41,7 @@ impl LaneFallback {
         self.stage.leave_out(nodes);
         let pairs = self.stage.pairs.iter().filter(|pair| pair.offset < NEARBY).count() as u32;
         let may_fall_back = may_fall_back(effort.solves_left, pairs);
-        if !self.stage.energy().is_finite() || !(may_fall_back || is_cheap(pairs)) {
+        if !self.stage.energy().is_finite() || !(may_fall_back || is_worth_an_end(pairs)) {
             return None;
         }
         solution.copy_lane(stage, lane, &mut self.solution);
@@ -50,7 +50,7 @@ impl LaneFallback {
             OBSERVER.get().inspect(|observe| observe(&self.stage));
             self.fallback.solve(&self.stage, &mut self.solution, tolerance, effort.is_brief)
         } else {
-            self.fallback.leave(&self.stage, &mut self.solution, tolerance)
+            self.fallback.end_calmly(&self.stage, &mut self.solution, tolerance)
         };
         solution.set_lane(stage, lane, &self.solution);
         let certificate = certify(&self.stage, &self.solution);

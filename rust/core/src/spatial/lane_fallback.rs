@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use crate::math::Real;
-use crate::stepping::{Effort, FallbackResult, NEARBY, is_cheap, may_fall_back, solves_within};
+use crate::stepping::{Effort, FallbackResult, NEARBY, is_worth_an_end, may_fall_back, solves_within};
 
 use super::{Fallback, SpatialVector, Stage, StageSolution, certify};
 
@@ -43,7 +43,8 @@ impl LaneFallback {
         self.stage.leave_out(nodes);
         let pairs = self.stage.pairs.iter().filter(|pair| pair.offset < NEARBY).count() as u32;
         let may_fall_back = may_fall_back(effort.solves_left, pairs);
-        if !self.stage.links.iter().all(|link| is_finite(&link.momentum)) || !(may_fall_back || is_cheap(pairs)) {
+        let has_diverged = !self.stage.links.iter().all(|link| is_finite(&link.momentum));
+        if has_diverged || !(may_fall_back || is_worth_an_end(pairs)) {
             return None;
         }
         solution.copy_lane(stage, lane, &mut self.solution);
@@ -53,7 +54,7 @@ impl LaneFallback {
             let most = solves_within(effort.solves_left, pairs);
             self.fallback.solve(&self.stage, &mut self.solution, tolerance, (most, effort.is_brief))
         } else {
-            self.fallback.leave(&self.stage, &mut self.solution, tolerance)
+            self.fallback.end_calmly(&self.stage, &mut self.solution, tolerance)
         };
         solution.set_lane(stage, lane, &self.solution);
         let residual = certify(&self.stage, &self.solution).residual();

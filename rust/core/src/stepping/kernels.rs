@@ -1,4 +1,4 @@
-//! Parts of a step and solves of a stage for the instruction set of a width: [`Real::run`] inlines all of a kernel.
+//! Parts of a step and solves of a stage for the instruction set of a width: [`Real::call`] inlines all of a kernel.
 
 use crate::math::Real;
 

@@ -64,4 +64,4 @@ pub use stage::{ContactImpulse, SolvedStage, StageInput, StageKernels, StageOutp
 pub use state::{Coordinates, LinkPose, MAX_RATE, MAX_SPEED, RobotState, StateOf};
 pub use statistics::StepStatistics;
 pub use verdict::{Effort, FallbackResult};
-pub(crate) use verdict::{NEARBY, is_cheap, may_fall_back, solves_within};
+pub(crate) use verdict::{NEARBY, is_worth_an_end, may_fall_back, solves_within};

@@ -6,17 +6,17 @@
 //!   [`Model::RESIDUAL_FACTOR`] times the tolerance. A residual that is not a number solves nothing.
 //! * A stage that Newton's method did not solve is given to the **fallback**, one robot at a time. The fallback counts
 //!   in `fallbacks` whether or not it succeeds.
-//! * A stage is **unconverged** if the fallback did not solve it either, as where the step's budget is spent, or was not
-//!   tried: the stage has a value that is not finite, or the budget is spent and many links are close to each other.
+//! * A stage is **unconverged** if the fallback did not solve it either, or was not tried: the stage has a value that is not
+//!   finite, or the budget does not suffice and many links are close to each other.
 //!
 //! A step has a **budget** of [`STEP_BUDGET`] times `max_iterations` linear solves, in which a solve of the fallback with k
 //! contacts between links counts as `1 + k^2 / 50`, as much as it costs, and those of a fallback that does not solve its
 //! stage, or relaxes it, count [`IN_VAIN`] times. Contacts that contradict each other send every stage of every part to the
 //! fallback, and shorter parts do not help; after the first that is relaxed the fallback is brief ([`Effort`]). Once the budget
-//! is spent, parts are not divided for a penetration, and of the fallback is left what gives a stage an end that takes energy
-//! from the robot. What stays open counts in `unconverged`, and what sinks beyond recovery sets `penetrated`. The full fallback
-//! is not begun either if it would spend more than what is left: where links are predicted to fly through each other, each
-//! of a thousand solves would take in hundreds of contacts.
+//! is spent, parts are not divided for a penetration, and only the calm end is left of the fallback, whose contacts give the
+//! robot no energy. What stays open counts in `unconverged`, and what sinks beyond recovery sets `penetrated`. The full
+//! fallback is not begun either if it would spend more than what is left: where links are predicted to fly through each
+//! other, each of a thousand solves would take in hundreds of contacts.
 //!
 //! The factor relates two norms: solvers bound velocities in the norm of the kinetic energy of all links, certificates
 //! check every law and every link separately, relative to its own mass and inertia. In the plane solutions meet their
@@ -70,7 +70,7 @@ fn fallback_cost(solves: u32, pairs: u32) -> u32 {
 }
 
 /// Solves of the fallback with `pairs` contacts between links that fit into what is left of the budget if they are in vain,
-/// but what it is expected to take.
+/// but at least what it is expected to take.
 pub(crate) fn solves_within(solves_left: u32, pairs: u32) -> u32 {
     ((u64::from(solves_left / IN_VAIN) / solve_cost(pairs)) as u32).max(FALLBACK_SOLVES)
 }
@@ -80,12 +80,12 @@ pub(crate) fn may_fall_back(solves_left: u32, pairs: u32) -> bool {
     solves_left > 0 && fallback_cost(FALLBACK_SOLVES, pairs) <= solves_left
 }
 
-/// Whether a stage of a step that is out of solves is worth what its end costs with `pairs` contacts between links.
-pub(crate) fn is_cheap(pairs: u32) -> bool {
+/// Whether a stage of a step that is out of solves is worth what a calm end costs with `pairs` contacts between links.
+pub(crate) fn is_worth_an_end(pairs: u32) -> bool {
     solve_cost(pairs) <= MOST_COST
 }
 
-/// Of one solve, in linear solves without contacts between links.
+/// Of one solve, in linear solves without contacts between links: a calm end takes some 50, and a step may need hundreds.
 const MOST_COST: u64 = 50;
 
 /// Linear solves that the fallback is expected to take.

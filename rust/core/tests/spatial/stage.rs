@@ -234,7 +234,7 @@ fn strong_friction_under_many_contacts_is_solved_by_the_fallback() {
     }
 }
 
-/// A tolerance out of reach: every method is tried, or, once the budget is spent, none more.
+/// A tolerance out of reach: every method is tried, or, once the budget is spent, none but a calm end.
 #[test]
 fn a_spent_budget_ends_the_fallback() {
     let mut random = Random::new(17);

@@ -105,13 +105,14 @@ impl Fallback {
     /// For a step that is out of solves: replaces `solution` by that of the optimisation problem without recovery of
     /// penetrations and without friction at contacts, where the certificate finds that better. Its contacts give the robot no
     /// energy, unlike what a method has left on its way.
-    pub fn leave(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
+    pub fn end_calmly(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         self.convex.energy = stage.energy();
         self.residual = f64::INFINITY;
         self.keep_if_better(stage, solution);
         let solves = self.calm(stage, solution, tolerance);
         self.best.copy_lane(stage, 0, solution);
-        (solves, if self.residual <= tolerance { SolveStatus::Solved } else { SolveStatus::Unsolved })
+        let limit = if stage.is_convex() { tolerance } else { residual_limit(tolerance) };
+        (solves, if self.residual <= limit { SolveStatus::Solved } else { SolveStatus::Unsolved })
     }
 
     fn calm(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> u32 {

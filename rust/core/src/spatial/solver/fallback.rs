@@ -49,7 +49,7 @@ impl Fallback {
 
     /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
     /// hold the result of another solver or anything else, NaN included. Neither a method nor a convex problem begins
-    /// after `most` linear solves, the number of which is also returned.
+    /// after `most` linear solves, but those of a calm end; their number is also returned.
     pub fn solve_hard(
         &mut self,
         stage: &Stage,
@@ -96,14 +96,14 @@ impl Fallback {
         if residual <= limit {
             return (solves, SolveStatus::Solved);
         }
-        let (more, status) = self.leave(stage, solution, tolerance);
+        let (more, status) = self.end_calmly(stage, solution, tolerance);
         (solves + more, status)
     }
 
-    /// For a step that is out of solves: replaces `solution` by what a few convex problems without recovery of penetrations
-    /// find, where the certificate finds that better. Their contacts give the robot no energy, unlike what a method has left
+    /// For a stage that stays open or a step that is out of solves: replaces `solution` by what a few convex problems without
+    /// recovery of penetrations find, where the certificate finds that better. Their contacts give the robot no energy, unlike what a method has left
     /// on its way.
-    pub fn leave(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
+    pub fn end_calmly(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         let Self { attempt, relaxed, relaxed_solution: calm } = self;
         let limit = Spatial::RESIDUAL_FACTOR * tolerance;
         relaxed.copy_from(stage);
@@ -111,7 +111,7 @@ impl Fallback {
         calm.copy_from(solution);
         start_from_free_motion(stage, calm);
         let is_enough = |solution: &StageSolution| certified(relaxed, solution) <= limit;
-        let solves = attempt.coulomb.lag(relaxed, calm, tolerance, MOST_TO_LEAVE, Lag::Follows, is_enough);
+        let solves = attempt.coulomb.lag(relaxed, calm, tolerance, MOST_TO_END, Lag::Follows, is_enough);
         let [before, after] = [&*solution, calm].map(|solution| certified(stage, solution));
         if after < before || before.is_infinite() {
             solution.copy_from(calm);
@@ -159,8 +159,8 @@ const METHODS: [(Method, f64); 5] = [
     (Attempt::strictly, 1.0),
 ];
 
-/// Linear solves of a step that is out of them, after which no other convex problem begins.
-const MOST_TO_LEAVE: u32 = 50;
+/// Linear solves after which no other convex problem of a calm end begins: a few such problems, which take ten to twenty each.
+const MOST_TO_END: u32 = 50;
 
 /// As many of them are tried before a wedge is looked for.
 const NEAR: usize = 2;
