@@ -28,10 +28,7 @@ pub fn choices(quick: bool, pegs: bool) -> Vec<Choice> {
     choices.extend(curve("implicit order 1", steps, ImplicitConfig { order: 1, ..default }));
     choices.extend(curve("implicit order 2", &with_default(steps), default));
     if !quick {
-        for tolerance in [1e-5, 1e-8, 1e-10] {
-            let name = format!("implicit order 2, tolerance {tolerance:e}");
-            choices.extend(curve(&name, steps, ImplicitConfig { tolerance: Some(tolerance), ..default }));
-        }
+        choices.extend([1e-5, 1e-8, 1e-10].into_iter().flat_map(|tolerance| of_tolerance(tolerance, steps)));
     }
     if !quick && pegs {
         for precision in [Precision::Fast, Precision::Fine] {
@@ -48,12 +45,15 @@ pub fn choices_in_space(quick: bool) -> Vec<Choice> {
     let default = ImplicitConfig::default();
     let mut choices = curve("implicit order 2", &with_default(steps), default);
     if !quick {
-        for tolerance in [1e-5, 1e-4, 1e-3] {
-            let name = format!("implicit order 2, tolerance {tolerance:e}");
-            choices.extend(curve(&name, steps, ImplicitConfig { tolerance: Some(tolerance), ..default }));
-        }
+        choices.extend([1e-5, 1e-4, 1e-3].into_iter().flat_map(|tolerance| of_tolerance(tolerance, steps)));
     }
     choices
+}
+
+/// The default but for the tolerance \[m/s\].
+fn of_tolerance(tolerance: f64, steps: &[f64]) -> Vec<Choice> {
+    let integrator = ImplicitConfig { tolerance: Some(tolerance), ..ImplicitConfig::default() };
+    curve(&format!("implicit order 2, tolerance {tolerance:e}"), steps, integrator)
 }
 
 /// `steps` and the default one.

@@ -64,10 +64,8 @@ impl Fallback {
         tolerance: f64,
         brief: bool,
     ) -> (u32, SolveStatus) {
-        self.convex.energy = stage.energy();
+        self.begin(stage, solution);
         let (is_convex, demand) = (stage.is_convex(), demanded_speed(&stage.contacts, &stage.pairs));
-        self.residual = f64::INFINITY;
-        self.keep_if_better(stage, solution);
         let (mut solves, closed) = if is_convex {
             self.convex.close(stage, solution, tolerance)
         } else {
@@ -81,8 +79,7 @@ impl Fallback {
             return (solves, SolveStatus::Solved);
         }
         if demand > 0.0 && self.residual > EXACT {
-            stage.copy_lane(0, &mut self.relaxed);
-            relax(&mut self.relaxed.contacts, &mut self.relaxed.pairs);
+            self.relax(stage);
             let (more, eased) = if is_convex {
                 self.convex.start_again(&self.relaxed, solution, tolerance)
             } else {
@@ -106,9 +103,7 @@ impl Fallback {
     /// penetrations and without friction at contacts, where the certificate finds that better. Its contacts give the robot no
     /// energy, unlike what a method has left on its way.
     pub fn end_calmly(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
-        self.convex.energy = stage.energy();
-        self.residual = f64::INFINITY;
-        self.keep_if_better(stage, solution);
+        self.begin(stage, solution);
         let solves = self.calm(stage, solution, tolerance);
         self.best.copy_lane(stage, 0, solution);
         let limit = if stage.is_convex() { tolerance } else { residual_limit(tolerance) };
@@ -116,11 +111,23 @@ impl Fallback {
     }
 
     fn calm(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> u32 {
-        stage.copy_lane(0, &mut self.relaxed);
-        relax(&mut self.relaxed.contacts, &mut self.relaxed.pairs);
+        self.relax(stage);
         let (solves, _) = self.convex.without_friction(&mut self.relaxed, solution, tolerance);
         self.keep_if_better(stage, solution);
         solves
+    }
+
+    /// The relaxed stage is that of `stage`.
+    fn relax(&mut self, stage: &Stage) {
+        stage.copy_lane(0, &mut self.relaxed);
+        relax(&mut self.relaxed.contacts, &mut self.relaxed.pairs);
+    }
+
+    /// Begins a stage, of which nothing is known but `solution`.
+    fn begin(&mut self, stage: &Stage, solution: &StageSolution) {
+        self.convex.energy = stage.energy();
+        self.residual = f64::INFINITY;
+        self.keep_if_better(stage, solution);
     }
 
     fn keep_if_better(&mut self, stage: &Stage, solution: &StageSolution) {

@@ -101,13 +101,12 @@ impl Fallback {
     }
 
     /// For a stage that stays open or a step that is out of solves: replaces `solution` by what a few convex problems without
-    /// recovery of penetrations find, where the certificate finds that better. Their contacts give the robot no energy, unlike what a method has left
-    /// on its way.
+    /// recovery of penetrations find, where the certificate finds that better. Their contacts give the robot no energy, unlike
+    /// what a method has left on its way.
     pub fn end_calmly(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
+        self.relax(stage);
         let Self { attempt, relaxed, relaxed_solution: calm } = self;
         let limit = Spatial::RESIDUAL_FACTOR * tolerance;
-        relaxed.copy_from(stage);
-        relax(&mut relaxed.contacts, &mut relaxed.pairs);
         calm.copy_from(solution);
         start_from_free_motion(stage, calm);
         let is_enough = |solution: &StageSolution| certified(relaxed, solution) <= limit;
@@ -129,9 +128,8 @@ impl Fallback {
         tolerance: f64,
         most: u32,
     ) -> (u32, bool) {
+        self.relax(stage);
         let Self { attempt, relaxed, relaxed_solution: eased } = self;
-        relaxed.copy_from(stage);
-        relax(&mut relaxed.contacts, &mut relaxed.pairs);
         eased.copy_from(solution);
         if is_wedged {
             start_from_free_motion(stage, eased);
@@ -144,6 +142,12 @@ impl Fallback {
             solution.copy_from(eased);
         }
         (solves, eases)
+    }
+
+    /// The relaxed stage is that of `stage`.
+    fn relax(&mut self, stage: &Stage) {
+        self.relaxed.copy_from(stage);
+        relax(&mut self.relaxed.contacts, &mut self.relaxed.pairs);
     }
 }
 
@@ -158,9 +162,6 @@ const METHODS: [(Method, f64); 5] = [
     (Attempt::by_continuation, 1.0),
     (Attempt::strictly, 1.0),
 ];
-
-/// Linear solves after which no other convex problem of a calm end begins: a few such problems, which take ten to twenty each.
-const MOST_TO_END: u32 = 50;
 
 /// As many of them are tried before a wedge is looked for.
 const NEAR: usize = 2;
@@ -301,3 +302,6 @@ const CONTRADICTION: f64 = 1e-4;
 
 /// Newton steps of one attempt.
 const MAX_ITERATIONS: u32 = 1000;
+
+/// Linear solves after which no other convex problem of a calm end begins.
+const MOST_TO_END: u32 = 50;
