@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks import curves, texts
 from benchmarks.curves import Point
 from benchmarks.native import ROOT
-from benchmarks.results import Record, Results
+from benchmarks.results import Record, Results, place
 from snake_env._files import write_text
 from snake_env.markdown import table
 
@@ -85,8 +85,7 @@ def steps(results: Results) -> str:
 
 def _block(results: Results, *parts: str) -> str:
     machine = [results.machine, *(run["machine"] for run in results.of("run"))][-1]
-    where = f"On one core of {machine['cpu']}, {machine.get('lanes', 'several')} robots per register."
-    return "\n\n".join((BEGIN, *parts, where, END))
+    return "\n\n".join((BEGIN, *parts, place(machine), END))
 
 
 PAGES = {ROOT / "README.md": steps, ROOT / "docs" / "accuracy.md": costs}

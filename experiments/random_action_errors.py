@@ -6,7 +6,8 @@
 Robots of one batch start alike and draw the same action of their mode in every control period of 50 ms; a batch that
 takes far finer steps is the reference. The error is that of the worst link of a robot, after the first period and after
 one second, since contacts amplify errors; the bias is that of the positive work of the actuators of all robots, with
-its standard error over robots. Prints a table in Markdown.
+its standard error over robots. Prints a table in Markdown, and the
+machine.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.results import machine, place
 from snake_env import SnakeVectorEnv
 from snake_env.markdown import table
 from training.cli import answer
@@ -133,7 +135,7 @@ def measure(args: Options) -> int:
         reference = simulate(task, mode, args, integrator=REFERENCE)
         for precision in args.precisions:
             rows.append(row(task, mode, precision, simulate(task, mode, args, precision=precision), reference))
-    print(table(HEAD, rows))
+    print(table(HEAD, rows), place(machine()), sep="\n\n")
     return 0
 
 

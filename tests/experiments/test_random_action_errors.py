@@ -10,7 +10,10 @@ from experiments.random_action_errors import Options, Run
 def test_finer_precisions_err_less_and_cost_more(capsys: pytest.CaptureFixture[str]) -> None:
     batch = ["--tasks", "course", "--modes", "gait", "--num-envs", "16", "--periods", "10"]
     assert random_action_errors.main([*batch, "--precisions", "fast", "fine"]) == 0
-    head, _, *rows = capsys.readouterr().out.splitlines()
+    *lines, blank, place = capsys.readouterr().out.splitlines()
+    head, _, *rows = lines
+    assert not blank
+    assert place.startswith("On one core of ")
     assert head.startswith("| scene | actions | precision |")
     fast, fine = ([float(cell) for cell in line.split("|")[4:9]] for line in rows)
     assert fine[0] > fast[0], "linear solves"
