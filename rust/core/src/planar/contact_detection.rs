@@ -4,10 +4,10 @@ use crate::contact::{NearPair, link_obstacle_gap};
 use crate::math::Real;
 use crate::obstacles::{Moved, Nodes, ObstacleGrid};
 use crate::stepping::lanes::{Lanes, active, mask};
-use crate::stepping::{ContactImpulse, Members, SolvedRows};
+use crate::stepping::{ContactImpulse, Members};
 
 use super::link_pairs::place_numbered;
-use super::workspace::{Motion, Workspace};
+use super::workspace::Workspace;
 use super::{Planar, Stage};
 
 impl<T: Real> Workspace<T> {
@@ -51,24 +51,16 @@ impl<T: Real> Workspace<T> {
         self.detect_self_contacts(members, pending);
     }
 
-    /// Keeps the contact forces as the next initial guess, and records which contacts close in the `solved` lanes.
+    /// Keeps the contact forces as the next initial guess.
     pub(super) fn keep_forces(
         &mut self,
         members: &mut Members<Planar>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        let Self { contacts, closings, solution, stage, motion: Motion { guess: expected, elapsed, .. }, .. } = self;
-        let (c, twist) = (stage.coefficient, &solution.twist);
-        let rows = SolvedRows {
-            coefficient: c,
-            elapsed: *elapsed,
-            expected,
-            twist,
-            impulse: &solution.contact,
-            lanes: solved,
-        };
-        contacts.rows.read(&rows, closings, contact_impulses, |found, force| {
+        let Self { contacts, solution, stage, .. } = self;
+        let c = stage.coefficient;
+        contacts.rows.read(c, (&solution.contact, solved), contact_impulses, |found, force| {
             members.body_mut(found.lane).warm_start.near.pairs_mut()[found.handle].known.force = force;
         });
         let solved_friction = (&solution.obstacle_friction[..], solved);

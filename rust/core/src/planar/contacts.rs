@@ -15,19 +15,19 @@ use super::link_pairs::place_numbered;
 use super::workspace::{Motion, StageKinematics};
 
 /// The contacts of the current stage, of all lanes.
-pub struct Contacts {
-    pub rows: FoundRows<StageContact>,
+pub struct Contacts<T> {
+    pub rows: FoundRows<StageContact, T>,
     pub friction: FoundFriction<StageContact>,
     /// Pairs of one robot within the margin, and how they are at the predicted end.
     close: Vec<(usize, LinkContact)>,
 }
 
-impl Contacts {
-    pub fn with_capacity(links: usize, lanes: usize) -> Self {
+impl<T: Real> Contacts<T> {
+    pub fn with_capacity(links: usize) -> Self {
         let pairs = PAIRS_PER_LINK * links;
         Self {
-            rows: FoundRows::with_capacity(links, pairs * lanes),
-            friction: FoundFriction::with_capacity(pairs * lanes),
+            rows: FoundRows::with_capacity(links, pairs * T::LANES),
+            friction: FoundFriction::with_capacity(pairs * T::LANES),
             close: Vec::with_capacity(pairs),
         }
     }
@@ -38,7 +38,7 @@ impl Contacts {
     }
 
     /// Finds the contacts of a robot: its near pairs whose predicted gap is below the margin.
-    pub fn find<T: Real>(&mut self, near: &mut NearObstacles, robot: &StageKinematics<T>, obstacles: &ObstacleGrid) {
+    pub fn find(&mut self, near: &mut NearObstacles, robot: &StageKinematics<T>, obstacles: &ObstacleGrid) {
         self.collect_close(near, robot, obstacles);
         for (index, at_end) in &self.close {
             let pair = &near.pairs()[*index];
@@ -61,12 +61,7 @@ impl Contacts {
     }
 
     /// Collects the pairs within the margin, without a branch that would be mispredicted.
-    fn collect_close<T: Real>(
-        &mut self,
-        near: &mut NearObstacles,
-        robot: &StageKinematics<T>,
-        obstacles: &ObstacleGrid,
-    ) {
+    fn collect_close(&mut self, near: &mut NearObstacles, robot: &StageKinematics<T>, obstacles: &ObstacleGrid) {
         let margin = robot.margin(1.0);
         let (close, mut count) = (&mut self.close, 0);
         near.visit_within(robot.bound.displacement, margin, |index, pair| {

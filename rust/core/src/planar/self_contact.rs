@@ -10,10 +10,10 @@ use crate::math::{Laned, Mask, Real};
 use crate::obstacles::{Moved, Nodes};
 use crate::robot::Robot;
 use crate::stepping::lanes::{Lanes, NO_LANES, active};
-use crate::stepping::{ContactImpulse, FoundFriction, FoundRows, Members, SolvedRows};
+use crate::stepping::{ContactImpulse, FoundFriction, FoundRows, Members};
 
 use super::link_pairs::{place_in_lane, place_numbered};
-use super::workspace::{Motion, Workspace};
+use super::workspace::Workspace;
 use super::{Planar, StagePair};
 
 /// Contacts of the current stage between links of one robot, of all lanes.
@@ -27,7 +27,7 @@ pub struct SelfContactDetection<T: Real> {
     close_pairs: ClosePairs<T>,
     /// The lanes that had contacts in the current step.
     near: Lanes,
-    rows: FoundRows<StagePair>,
+    pub rows: FoundRows<StagePair, T>,
     friction: FoundFriction<StagePair>,
 }
 
@@ -125,22 +125,19 @@ impl<T: Real> Workspace<T> {
         friction.lay_out(c, rows, &stage.pairs, &mut stage.pair_friction, impulses);
     }
 
-    /// Keeps the forces as the next initial guess, and records which contacts close in the `solved` lanes.
+    /// Keeps the forces as the next initial guess.
     pub(super) fn keep_self_contacts(
         &mut self,
         members: &mut Members<Planar>,
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        let Self { self_contacts, closings, solution, stage, motion, awake, .. } = self;
-        let Motion { guess: expected, elapsed, arms, .. } = motion;
-        let (coefficient, twist) = (stage.coefficient, &solution.twist);
-        let rows =
-            SolvedRows { coefficient, elapsed: *elapsed, expected, twist, impulse: &solution.pair, lanes: solved };
+        let Self { self_contacts, solution, stage, motion, awake, .. } = self;
+        let (coefficient, chain) = (stage.coefficient, motion.arms.len());
         for lane in active(solved) {
-            members.body_mut(lane).warm_start.self_contacts.retain(|id| awake.sleeps(lane, arms.len(), id));
+            members.body_mut(lane).warm_start.self_contacts.retain(|id| awake.sleeps(lane, chain, id));
         }
-        self_contacts.rows.read(&rows, closings, contact_impulses, |found, force| {
+        self_contacts.rows.read(coefficient, (&solution.pair, solved), contact_impulses, |found, force| {
             if !solved[found.lane] {
                 return;
             }

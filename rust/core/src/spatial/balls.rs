@@ -58,7 +58,7 @@ impl<T: Real> NodesInStage<'_, T> {
         &self,
         (lane, node, &Ball { sliding_friction, .. }): (usize, usize, &Ball),
         obstacles: &ObstacleGrid,
-        (contacts, known): (&mut ObstacleContacts, &ContactMemory),
+        (contacts, known): (&mut ObstacleContacts<T>, &ContactMemory),
     ) -> bool {
         let ball = LinkInStage { at: self.kinematics(node), coefficient: self.coefficient, elapsed: self.elapsed };
         let (number, radius) = (self.nodes.number(node), ball.at.link.radius);

@@ -18,8 +18,8 @@ use super::{
 };
 
 /// The contacts of the current stage with obstacles, of all lanes.
-pub struct ObstacleContacts {
-    pub rows: FoundRows<StageContact>,
+pub struct ObstacleContacts<T> {
+    pub rows: FoundRows<StageContact, T>,
     /// Those of them that have friction, by their index.
     frictional: Vec<(usize, StageObstacleFriction)>,
 }
@@ -51,7 +51,7 @@ pub(super) struct Plane {
     pub is_redundant: bool,
 }
 
-impl ObstacleContacts {
+impl<T: Real> ObstacleContacts<T> {
     pub fn with_capacity(links: usize, lanes: usize) -> Self {
         let contacts = CONTACTS_PER_LINK * links * lanes;
         Self { rows: FoundRows::with_capacity(links, contacts), frictional: Vec::with_capacity(contacts) }
@@ -100,7 +100,7 @@ impl ObstacleContacts {
     }
 
     /// Writes all contacts to the stage. Once one of them has friction, all have a row of it.
-    pub fn lay_out<T: Real>(&mut self, stage: &mut Stage<T>, solution: &mut StageSolution<T>) {
+    pub fn lay_out(&mut self, stage: &mut Stage<T>, solution: &mut StageSolution<T>) {
         self.rows.lay_out(stage.coefficient, &mut stage.contacts, &mut solution.contact);
         stage.obstacle_friction.clear();
         solution.obstacle_friction.clear();
@@ -119,7 +119,7 @@ impl ObstacleContacts {
     }
 
     /// Impulses of friction in the solved lanes.
-    pub fn friction_impulses<'a, T: Real>(
+    pub fn friction_impulses<'a>(
         &'a self,
         stage: &'a Stage<T>,
         solution: &'a StageSolution<T>,

@@ -27,7 +27,7 @@ pub struct SelfContactDetection<T: Real> {
     folded: T::Mask,
     /// The lanes that had contacts in the step at hand.
     near: Lanes,
-    pub rows: FoundRows<StagePair>,
+    pub rows: FoundRows<StagePair, T>,
 }
 
 /// Two links of a robot in a stage, or a ball as a link without a length.

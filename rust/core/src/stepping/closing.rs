@@ -4,7 +4,7 @@
 //! of the stage and the rate `w . u` at which it opens. Closing times follow from these numbers, so that they cost no
 //! geometry.
 
-use crate::math::{MAX_LANES, Mask, Real};
+use crate::math::{Mask, Real};
 
 /// What the rows of one robot say of a part.
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +36,7 @@ impl Default for Closing {
 
 /// One row of contact at the end of a solved stage.
 #[derive(Debug, Clone, Copy)]
-pub struct ClosingRow<T: Real = f64> {
+pub struct ClosingRow<T: Real> {
     /// Its gap without motion over the coefficient of the stage \[m/s\].
     pub offset: T,
     /// w . u of the velocity with which the stage was predicted, and of its solution \[m/s\].
@@ -70,45 +70,55 @@ impl<T: Real> ClosingRow<T> {
 }
 
 /// The closings of a register's robots.
-pub struct Closings {
-    lanes: [Closing; MAX_LANES],
+pub struct Closings<T> {
+    /// In the stages of the part that are kept, see [`Closing`].
+    at: T,
+    forecast: T,
+    crossing: T,
+    /// In the stage at hand.
+    stage_at: T,
+    stage_forecast: T,
 }
 
-impl Closings {
+impl<T: Real> Closings<T> {
     pub fn none() -> Self {
-        Self { lanes: [Closing::NONE; MAX_LANES] }
+        let never = T::splat(f64::INFINITY);
+        Self { at: never, forecast: never, crossing: never, stage_at: never, stage_forecast: never }
     }
 
     /// Begins a part.
+    #[inline(always)]
     pub fn begin_part(&mut self) {
-        self.lanes = [Closing::NONE; MAX_LANES];
+        *self = Self::none();
     }
 
-    /// Begins to collect the rows of a lane's solved stage: those of the stage before no longer forecast.
-    pub fn begin_stage(&mut self, lane: usize) {
-        self.lanes[lane].forecast = f64::INFINITY;
+    /// Begins to collect the rows of a solved stage.
+    #[inline(always)]
+    pub fn begin_stage(&mut self) {
+        (self.stage_at, self.stage_forecast) = (T::splat(f64::INFINITY), T::splat(f64::INFINITY));
     }
 
-    pub fn of(&self, lane: usize) -> &Closing {
-        &self.lanes[lane]
+    /// Adds times of [`ClosingRow::times`].
+    #[inline(always)]
+    pub fn add(&mut self, (at, forecast): (T, T)) {
+        (self.stage_at, self.stage_forecast) = (self.stage_at.min(at), self.stage_forecast.min(forecast));
     }
 
-    /// Adds a closing at a time within the part, and one forecast at a time after it; infinite where there is none \[s\].
-    pub fn add_times(&mut self, lane: usize, at: f64, forecast: f64) {
-        let closing = &mut self.lanes[lane];
-        (closing.at, closing.forecast) = (closing.at.min(at), closing.forecast.min(forecast));
+    /// Keeps the closings of the stage at hand in these lanes: those of the stage before no longer forecast.
+    #[inline(always)]
+    pub fn keep_stage(&mut self, lanes: T::Mask) {
+        self.at = T::select(lanes, self.at.min(self.stage_at), self.at);
+        self.forecast = T::select(lanes, self.stage_forecast, self.forecast);
+    }
+
+    pub fn of(&self, lane: usize) -> Closing {
+        let [at, forecast, crossing] = [self.at, self.forecast, self.crossing].map(|times| times.lane(lane));
+        Closing { at, forecast, crossing }
     }
 
     /// Adds a time within the part at which a contact leaves its patch of the ground; infinite where none does \[s\].
     pub fn add_crossing(&mut self, lane: usize, crossing: f64) {
-        let closing = &mut self.lanes[lane];
-        closing.crossing = closing.crossing.min(crossing);
-    }
-
-    /// Adds a row, see [`ClosingRow::times`].
-    pub fn add(&mut self, lane: usize, row: &ClosingRow, c: f64, elapsed: f64) {
-        let (at, forecast) = row.times(c, elapsed, true);
-        self.add_times(lane, at, forecast);
+        self.crossing.set_lane(lane, crossing.min(self.crossing.lane(lane)));
     }
 }
 

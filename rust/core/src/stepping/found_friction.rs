@@ -45,7 +45,7 @@ impl<R> FoundFriction<R> {
     pub fn lay_out<S, L, T: Real>(
         &mut self,
         c: T,
-        contacts: &FoundRows<R>,
+        contacts: &FoundRows<R, T>,
         normal: &[L],
         rows: &mut Vec<FrictionRow<L, T>>,
         impulses: &mut Vec<T>,
@@ -75,11 +75,11 @@ impl<R> FoundFriction<R> {
     }
 
     /// What the solution of a stage of coefficient `c` says: the forces on the first links, which `remember` receives with
-    /// the numbers of their rows, and in the lanes that are kept the impulses on all links.
+    /// the numbers of their rows, and in the lanes that are kept the impulses on all links, but for those that are zero.
     pub fn read<D: Screw<f64>, T: Real>(
         &self,
         c: T,
-        contacts: &FoundRows<R>,
+        contacts: &FoundRows<R, T>,
         solved: (&[T], Lanes),
         impulses: &mut Vec<ContactImpulse>,
         mut remember: impl FnMut(usize, Vector3<f64>),
@@ -91,10 +91,9 @@ impl<R> FoundFriction<R> {
             let found = &contacts.all()[*of];
             let impulse = of_rows[*slot].lane(found.lane);
             remember(*of, along.first_direction().linear() * impulse / c.lane(found.lane));
-            if lanes[found.lane] {
-                for (part, (_, direction)) in along.parts().enumerate() {
-                    impulses.push(found.impulse(part, direction.linear() * impulse));
-                }
+            if lanes[found.lane] && impulse != 0.0 {
+                let parts = along.parts().enumerate();
+                impulses.extend(parts.map(|(part, (_, w))| found.impulse(part, w.linear() * impulse)));
             }
         }
     }

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use crate::contact::{ContactId, KnownContact, Source};
-use crate::math::{Laned, Real};
+use crate::math::{Laned, Mask, Real};
 use crate::rows::{ContactRow, PairRow, Row, Screw};
 
 use super::closing::{ClosingRow, Closings};
@@ -25,8 +25,10 @@ pub struct FoundRow<R> {
 }
 
 /// All rows of one kind.
-pub struct FoundRows<R> {
+pub struct FoundRows<R, T> {
     found: Vec<FoundRow<R>>,
+    /// By the rows' indices in the stage, positive in the lanes in which they carried force before.
+    touched: Vec<T>,
     /// For each link, rows in the lane that has the most of them; once laid out, its first slot.
     most: Vec<usize>,
     /// For each link, rows of the last lane.
@@ -35,24 +37,21 @@ pub struct FoundRows<R> {
     ids: Vec<ContactId>,
 }
 
-/// A solved stage, as rows see it.
-pub struct SolvedRows<'a, S, T> {
+/// The motion of a solved stage, which opens and closes rows.
+pub struct SolvedMotion<'a, S, T> {
     pub coefficient: T,
     /// Time from the start of the step to the end of the stage \[s\].
     pub elapsed: T,
     /// Twists with which the stage was predicted, and those of its solution.
     pub expected: &'a [S],
     pub twist: &'a [S],
-    /// Impulses of the rows \[N s\].
-    pub impulse: &'a [T],
-    /// The lanes whose solution is kept.
-    pub lanes: Lanes,
 }
 
-impl<R> FoundRows<R> {
+impl<R, T: Real> FoundRows<R, T> {
     pub fn with_capacity(links: usize, rows: usize) -> Self {
         Self {
             found: Vec::with_capacity(rows),
+            touched: Vec::with_capacity(rows),
             most: vec![0; links],
             count: vec![0; links],
             ids: Vec::with_capacity(rows),
@@ -69,39 +68,44 @@ impl<R> FoundRows<R> {
         self.most.fill(0);
     }
 
-    /// What the solution says of the rows: their forces, which `remember` receives in all lanes, and in those that are
-    /// kept the times at which they close and their impulses on the links.
-    pub fn read<S, T: Real>(
+    /// Adds the times at which the rows of a stage close, which have these impulses.
+    #[inline(always)]
+    pub fn add_closings<S: Screw<T>, L: Row<S, T>>(
         &self,
-        solved: &SolvedRows<S, T>,
-        closings: &mut Closings,
+        (rows, impulses): (&[L], &[T]),
+        motion: &SolvedMotion<S, T>,
+        closings: &mut Closings<T>,
+    ) {
+        let SolvedMotion { coefficient, elapsed, expected, twist } = motion;
+        for (row, (impulse, touched)) in rows.iter().zip(impulses.iter().zip(&self.touched)) {
+            let row = ClosingRow {
+                offset: row.offset(),
+                expected_rate: row.rate(expected),
+                rate: row.rate(twist),
+                presses: T::zero().lt(*impulse),
+                touched: T::zero().lt(*touched),
+            };
+            closings.add(row.times(*coefficient, *elapsed, T::Mask::of(|_| true)));
+        }
+    }
+
+    /// What the impulses of a solved stage of coefficient `c` say of the rows: their forces, which `remember` receives in
+    /// all lanes, and in those that are kept the impulses on the links, but for those that are zero.
+    pub fn read<D: Screw<f64>>(
+        &self,
+        c: T,
+        (solution, kept): (&[T], Lanes),
         impulses: &mut Vec<ContactImpulse>,
         mut remember: impl FnMut(&FoundRow<R>, f64),
     ) where
-        S: Screw<T>,
-        S::One: Screw<f64>,
-        R: Row<S::One, f64>,
+        R: Row<D, f64>,
     {
         for found in &self.found {
-            let FoundRow { lane, row, slot, .. } = found;
-            let lane = *lane;
-            let impulse = solved.impulse[*slot].lane(lane);
-            let c = solved.coefficient.lane(lane);
-            remember(found, impulse * (1.0 / c));
-            if !solved.lanes[lane] {
-                continue;
-            }
-            let rate = |twist: &[S]| -> f64 { row.parts().map(|(link, w)| w.power(&twist[link].lane(lane))).sum() };
-            let closing = ClosingRow {
-                offset: row.offset(),
-                expected_rate: rate(solved.expected),
-                rate: rate(solved.twist),
-                presses: impulse > 0.0,
-                touched: found.known.touches,
-            };
-            closings.add(lane, &closing, c, solved.elapsed.lane(lane));
-            for (part, (_, direction)) in row.parts().enumerate() {
-                impulses.push(found.impulse(part, direction.linear() * impulse));
+            let impulse = solution[found.slot].lane(found.lane);
+            remember(found, impulse * (1.0 / c.lane(found.lane)));
+            if kept[found.lane] && impulse != 0.0 {
+                let parts = found.row.parts().enumerate();
+                impulses.extend(parts.map(|(part, (_, w))| found.impulse(part, w.linear() * impulse)));
             }
         }
     }
@@ -119,7 +123,7 @@ impl<R> FoundRow<R> {
     }
 }
 
-impl<V> FoundRows<ContactRow<V>> {
+impl<V, T: Real> FoundRows<ContactRow<V>, T> {
     /// Adds a contact of a lane; contacts come lane by lane.
     pub fn add(&mut self, lane: usize, id: ContactId, handle: usize, known: KnownContact, row: ContactRow<V>) {
         debug_assert!(self.found.last().is_none_or(|last| last.lane <= lane), "rows of lane {lane} come in two parts");
@@ -134,7 +138,7 @@ impl<V> FoundRows<ContactRow<V>> {
 
     /// Writes all rows to a stage of coefficient `c`, sorted by link and in each lane in the order found, so that a
     /// robot's contacts come in the same order whatever its neighbours; `impulses` are those of the last forces.
-    pub fn lay_out<S: Screw<T> + Laned<T, One = V>, T: Real>(
+    pub fn lay_out<S: Screw<T> + Laned<T, One = V>>(
         &mut self,
         c: T,
         rows: &mut Vec<ContactRow<S, T>>,
@@ -148,17 +152,20 @@ impl<V> FoundRows<ContactRow<V>> {
             }
             *most = first;
         }
-        impulses.clear();
-        impulses.resize(rows.len(), T::zero());
+        for of_rows in [&mut *impulses, &mut self.touched] {
+            of_rows.clear();
+            of_rows.resize(rows.len(), T::zero());
+        }
         for FoundRow { lane, known, row, slot, .. } in &mut self.found {
             *slot += self.most[row.link];
             rows[*slot].set_lane(*lane, row);
             impulses[*slot].set_lane(*lane, known.force * c.lane(*lane));
+            self.touched[*slot].set_lane(*lane, known.touches.into());
         }
     }
 }
 
-impl<V> FoundRows<PairRow<V>> {
+impl<V, T: Real> FoundRows<PairRow<V>, T> {
     /// Adds a contact between links of a lane.
     pub fn add(&mut self, lane: usize, id: ContactId, known: KnownContact, row: PairRow<V>) {
         self.found.push(FoundRow { lane, id, handle: 0, known, row, slot: 0 });
@@ -166,15 +173,16 @@ impl<V> FoundRows<PairRow<V>> {
 
     /// Writes all rows to a stage of coefficient `c`, sorted: a robot's contacts come in the same order whatever its
     /// neighbours; `impulses` are those of the last forces.
-    pub fn lay_out<S: Screw<T> + Laned<T, One = V>, T: Real>(
+    pub fn lay_out<S: Screw<T> + Laned<T, One = V>>(
         &mut self,
         c: T,
         rows: &mut Vec<PairRow<S, T>>,
         impulses: &mut Vec<T>,
     ) {
-        let Self { found, ids, .. } = self;
+        let Self { found, touched, ids, .. } = self;
         rows.clear();
         impulses.clear();
+        touched.clear();
         if found.is_empty() {
             return;
         }
@@ -186,12 +194,14 @@ impl<V> FoundRows<PairRow<V>> {
         ids.dedup();
         rows.resize(ids.len(), PairRow::empty([0; 2]));
         impulses.resize(ids.len(), T::zero());
+        touched.resize(ids.len(), T::zero());
         for found in found {
             found.slot = ids.binary_search(&place(found)).expect("a listed contact");
             let FoundRow { lane, known, row, slot, .. } = found;
             rows[*slot].links = row.links;
             rows[*slot].set_lane(*lane, row);
             impulses[*slot].set_lane(*lane, known.force * c.lane(*lane));
+            touched[*slot].set_lane(*lane, known.touches.into());
         }
     }
 }

@@ -117,7 +117,7 @@ impl<T: Real, M: Model> Group<M, T> {
     /// Records what the parts of the given lanes say of the next ones.
     fn keep_trial(&self, members: &mut Members<M>, lanes: Lanes) {
         for lane in active(lanes) {
-            let (deviation, closing) = (self.relative_deviation(lane), *self.workspace.closing(lane));
+            let (deviation, closing) = (self.relative_deviation(lane), self.workspace.closing(lane));
             members.body_mut(lane).trial = Trial { deviation, closing };
         }
     }

@@ -63,9 +63,6 @@ pub struct JointStops<T: Real> {
     start_force: Vec<[T; 2]>,
     /// Whether any of them may be other than zero.
     has_forces: bool,
-    /// When a stop closes in the part, and when after it \[s\].
-    closes_at: T,
-    forecast: T,
 }
 
 impl<T: Real> JointStops<T> {
@@ -89,8 +86,6 @@ impl<T: Real> JointStops<T> {
             force: none.clone(),
             start_force: none,
             has_forces: false,
-            closes_at: T::zero(),
-            forecast: T::zero(),
         }
     }
 
@@ -195,8 +190,8 @@ impl<T: Real> JointStops<T> {
         }
     }
 
-    /// Keeps the forces of a solved stage in the given lanes, and when stops close; `rates` are those of the axes that were
-    /// expected, and the solution's. For `c` and `elapsed` see [`Self::fill`].
+    /// Keeps the forces of a solved stage in the given lanes, and adds when stops close; `rates` are those of the axes that
+    /// were expected, and the solution's. For `c` and `elapsed` see [`Self::fill`].
     #[inline(always)]
     pub fn store(
         &mut self,
@@ -204,14 +199,14 @@ impl<T: Real> JointStops<T> {
         rates: impl Iterator<Item = (T, T)>,
         [c, elapsed]: [T; 2],
         lanes: T::Mask,
+        closings: &mut Closings<T>,
     ) {
-        (self.closes_at, self.forecast) = (T::splat(f64::INFINITY), T::splat(f64::INFINITY));
         if impulses.is_empty() && self.has_forces {
             self.let_go(lanes);
         }
         self.has_forces |= !impulses.is_empty();
         let per_second = T::splat(1.0) / c;
-        let clearance = T::splat(CLEARANCE) * per_second;
+        let (clearance, never) = (T::splat(CLEARANCE) * per_second, T::splat(f64::INFINITY));
         let mut rows = self.stops.iter().zip(self.force.iter_mut().zip(&self.start_force)).enumerate();
         for (expected, rate) in rates {
             let Some((axis, (stop, (force, start_force)))) = rows.next() else { break };
@@ -230,7 +225,7 @@ impl<T: Real> JointStops<T> {
                     touched: T::zero().lt(start_force[side]),
                 };
                 let (at, forecast) = row.times(c, elapsed, is_near);
-                (self.closes_at, self.forecast) = (self.closes_at.min(at), self.forecast.min(forecast));
+                closings.add((T::select(self.near, at, never), T::select(self.near, forecast, never)));
             }
         }
     }
@@ -241,13 +236,6 @@ impl<T: Real> JointStops<T> {
         for force in &mut self.force {
             force[0] = T::select(lanes, T::zero(), force[0]);
             force[1] = T::select(lanes, T::zero(), force[1]);
-        }
-    }
-
-    /// Adds the closings in a lane's solved stage.
-    pub fn add_closings(&self, lane: usize, closings: &mut Closings) {
-        if self.near.lane(lane) {
-            closings.add_times(lane, self.closes_at.lane(lane), self.forecast.lane(lane));
         }
     }
 }

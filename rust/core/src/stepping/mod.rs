@@ -48,7 +48,7 @@ pub use energy::EnergyLedger;
 pub(crate) use fleet::group_for;
 pub use fleet::{AnyGroup, Fleet};
 pub use found_friction::FoundFriction;
-pub use found_rows::{FoundRow, FoundRows, SolvedRows};
+pub use found_rows::{FoundRow, FoundRows, SolvedMotion};
 pub use friction_shares::{ContactPoint, FrictionShares};
 pub use joint_stops::{JointStops, StageStop};
 pub use lane_count::{available_lanes, forced_lanes, widest_lanes};

@@ -7,8 +7,9 @@ use super::plan::Part;
 pub struct Queues {
     second_order: Vec<usize>,
     euler: Vec<usize>,
-    /// Lists of the last round, whose memory is used again.
+    /// Lists of the last round, whose memory is used again, and that of sorting.
     spare: Round,
+    keys: Vec<u64>,
 }
 
 /// The robots of one round, to be taken in registers in this order.
@@ -21,7 +22,8 @@ pub struct Round {
 impl Queues {
     pub fn with_capacity(robots: usize) -> Self {
         let list = || Vec::with_capacity(robots);
-        Self { second_order: list(), euler: list(), spare: Round { second_order: list(), euler: list() } }
+        let spare = Round { second_order: list(), euler: list() };
+        Self { second_order: list(), euler: list(), spare, keys: Vec::with_capacity(robots) }
     }
 
     pub fn clear(&mut self) {
@@ -41,7 +43,7 @@ impl Queues {
     /// others. Where no register can be filled, the longer queue is taken. `position` tells how far a robot has come \[s\]
     /// and the linear solves of its last stage or step.
     pub fn next_round(&mut self, lanes: usize, position: &dyn Fn(usize) -> (f64, u32)) -> Round {
-        let Self { second_order, euler, spare } = self;
+        let Self { second_order, euler, spare, keys } = self;
         let is_any_full = second_order.len().max(euler.len()) >= lanes;
         let is_second_order_longer = second_order.len() >= euler.len();
         let mut round = std::mem::take(spare);
@@ -57,9 +59,11 @@ impl Queues {
             if count < queue.len() {
                 queue.sort_unstable_by(|&a, &b| position(b).0.total_cmp(&position(a).0).then(a.cmp(&b)));
             }
-            chosen.extend(queue.drain(queue.len() - count..));
-            // A register takes as long as its slowest lane.
-            chosen.sort_unstable_by_key(|&member| (position(member).1, member));
+            // By solves, since a register takes as long as its slowest lane, and by number.
+            let key = |member: usize| u64::from(position(member).1) << 32 | member as u64;
+            keys.extend(queue.drain(queue.len() - count..).map(key));
+            keys.sort_unstable();
+            chosen.extend(keys.drain(..).map(|key| key as u32 as usize));
         }
         round
     }

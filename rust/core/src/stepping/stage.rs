@@ -81,7 +81,7 @@ pub trait StageOutput<T: Real> {
     /// Work of the kept stage.
     fn kept_energy(&self) -> &EnergyLedger<T>;
     /// Closings of the contacts of a lane's robot in the part at hand.
-    fn closing(&self, lane: usize) -> &Closing;
+    fn closing(&self, lane: usize) -> Closing;
     /// Ends the steps of the given lanes, before it is known which of them are accepted: measures penetrations, and keeps
     /// what predicts the next step in any case.
     fn end_step(&mut self, members: &mut Members<Self::Model>, lanes: Lanes);

@@ -10,7 +10,7 @@ use crate::planar::io_drive::IoInput;
 use crate::planar::{StageJoint, StageLink, certify, is_plausible, mean_twist, travel};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{MovedAxis, SolvedStage, StageKernels};
+use crate::stepping::{MovedAxis, SolvedMotion, SolvedStage, StageKernels};
 
 use super::drives::Drives;
 use super::motion_bound::MotionBound;
@@ -127,6 +127,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
                 self.result.stage_energy.friction += spring.work_of_damper(self.stage.coefficient, u);
             }
         }
+        self.find_closings();
         self.store_forces(lanes);
         self.measure_deviation();
     }
@@ -142,6 +143,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         }
         let StageResult { energy, stage_energy, .. } = &mut self.result;
         energy.select_into(solved, stage_energy);
+        self.closings.keep_stage(solved);
         if self.drives.backlash.is_any {
             let axes = self.stage.joints.iter().zip(joint_rates(&self.result.twist)).map(|(joint, rate)| {
                 let StageJoint { drive, stiffness, slack, .. } = *joint;
@@ -329,6 +331,18 @@ impl<T: Real> Workspace<T> {
         self.motors.store(self.stage.coefficient, &self.solution.gear, lanes);
         let rates = joint_rates(&self.motion.guess).zip(joint_rates(&self.solution.twist));
         self.joint_stops.arrive(self.bend());
-        self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
+        let times = [self.stage.coefficient, self.motion.elapsed];
+        self.joint_stops.store(&self.solution.stop, rates, times, lanes, &mut self.closings);
+    }
+
+    /// When contacts close.
+    #[inline(always)]
+    fn find_closings(&mut self) {
+        let Self { contacts, self_contacts, closings, stage, solution, motion, .. } = self;
+        closings.begin_stage();
+        let (coefficient, elapsed) = (stage.coefficient, motion.elapsed);
+        let motion = SolvedMotion { coefficient, elapsed, expected: &motion.guess, twist: &solution.twist };
+        contacts.rows.add_closings((&stage.contacts, &solution.contact), &motion, closings);
+        self_contacts.rows.add_closings((&stage.pairs, &solution.pair), &motion, closings);
     }
 }

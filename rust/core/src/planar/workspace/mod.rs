@@ -52,11 +52,11 @@ pub struct Workspace<T: Real> {
     /// The lanes whose robots have obstacles around them; for the others a coarse bound on their motion does.
     pub among_obstacles: T::Mask,
     pub near_obstacles: Lanes,
-    pub contacts: Contacts,
+    pub contacts: Contacts<T>,
     pub self_contacts: SelfContactDetection<T>,
     pub joint_stops: JointStops<T>,
     pub motors: Motors<T>,
-    pub closings: Closings,
+    pub closings: Closings<T>,
     /// Forces of the last stage.
     pub friction_force: Vec<Vector2<T>>,
     /// Of the ground against spin; empty where it does not resist it.
@@ -160,7 +160,7 @@ impl<T: Real> Workspace<T> {
             has_obstacles: false,
             among_obstacles: T::Mask::of(|_| false),
             near_obstacles: NO_LANES,
-            contacts: Contacts::with_capacity(nodes, T::LANES),
+            contacts: Contacts::with_capacity(nodes),
             self_contacts: SelfContactDetection::new(&system.robot, movables),
             joint_stops: JointStops::new(&system.robot, 1),
             motors: Motors::new(&system.robot, 1),

@@ -46,10 +46,8 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         solved: Lanes,
         contact_impulses: &mut Vec<ContactImpulse>,
     ) {
-        active(solved).for_each(|lane| self.closings.begin_stage(lane));
         self.keep_forces(members, solved, contact_impulses);
         self.keep_self_contacts(members, solved, contact_impulses);
-        active(solved).for_each(|lane| self.joint_stops.add_closings(lane, &mut self.closings));
     }
 
     fn record(&self, lane: usize, record: &mut StageRecord) {
@@ -69,7 +67,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         &self.result.energy
     }
 
-    fn closing(&self, lane: usize) -> &Closing {
+    fn closing(&self, lane: usize) -> Closing {
         self.closings.of(lane)
     }
 

@@ -9,7 +9,7 @@ use crate::spatial::energy::work_of;
 use crate::spatial::spatial_vector::scaled;
 use crate::spatial::{Frame, Spatial, StageDrive, StageLink, StageSolution, Twist, certify};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{ClosingRow, Model, MovedAxis, SolvedStage, StageKernels};
+use crate::stepping::{ClosingRow, Model, MovedAxis, SolvedMotion, SolvedStage, StageKernels};
 
 use super::{GroundForces, Kept, Workspace};
 
@@ -145,13 +145,15 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.joint_stops.arrive(self.bend(&self.solution.rate));
         let rates = self.motion.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
         let rates = rates.map(|(expected, rate)| (*expected, *rate));
-        self.joint_stops.store(&self.solution.stop, rates, [self.stage.coefficient, self.motion.elapsed], lanes);
+        self.closings.begin_stage();
+        let times = [self.stage.coefficient, self.motion.elapsed];
+        self.joint_stops.store(&self.solution.stop, rates, times, lanes, &mut self.closings);
         self.result.energy = work_of(&self.stage, &self.solution);
         for (movable, x) in self.movables.iter().zip(&self.solution.twist[self.motion.frames.len()..]) {
             self.result.energy.friction += movable.spring.work_of_damper(self.stage.coefficient, &x.in_plane());
         }
         self.measure_deviation();
-        self.find_touchdowns();
+        self.find_closings();
     }
 
     /// Keeps the solution in the lanes where it is accepted; in others it becomes the next guess.
@@ -176,6 +178,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
             self.motion.guess.moved[k].select_into(again, x);
         }
         energy.select_into(solved, &self.result.energy);
+        self.closings.keep_stage(solved);
         if self.drives.backlash.is_any {
             let rates = self.result.kept.end.rate.iter().flatten();
             let axes = self.stage.joints.iter().flatten().zip(rates).map(|(axis, rate)| {
@@ -233,10 +236,14 @@ impl<T: Real> Workspace<T> {
         self.result.deviation = fastest * self.stage.coefficient;
     }
 
-    /// Times at which spheres touch down.
+    /// When contacts close, and when spheres touch down.
     #[inline(always)]
-    fn find_touchdowns(&mut self) {
-        (self.result.touchdown, self.result.touchdown_forecast) = (T::splat(f64::INFINITY), T::splat(f64::INFINITY));
+    fn find_closings(&mut self) {
+        let Self { contacts, self_contacts, closings, stage, solution, motion, .. } = self;
+        let (coefficient, elapsed) = (stage.coefficient, motion.elapsed);
+        let motion = SolvedMotion { coefficient, elapsed, expected: &motion.expected, twist: &solution.twist };
+        contacts.rows.add_closings((&stage.contacts, &solution.contact), &motion, closings);
+        self_contacts.rows.add_closings((&stage.pairs, &solution.pair), &motion, closings);
         for (i, link) in self.stage.links[..self.motion.frames.len()].iter().enumerate() {
             for end in 0..2 {
                 let arm = link.ground_arm(end);
@@ -247,9 +254,7 @@ impl<T: Real> Workspace<T> {
                     presses: T::zero().lt(self.solution.normal[i][end]),
                     touched: self.stood[i][end],
                 };
-                let (at, forecast) = row.times(self.stage.coefficient, self.motion.elapsed, T::Mask::of(|_| true));
-                self.result.touchdown = self.result.touchdown.min(at);
-                self.result.touchdown_forecast = self.result.touchdown_forecast.min(forecast);
+                self.closings.add(row.times(self.stage.coefficient, self.motion.elapsed, T::Mask::of(|_| true)));
             }
         }
     }

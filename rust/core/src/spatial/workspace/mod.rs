@@ -59,7 +59,7 @@ pub struct Workspace<T: Real> {
     stood: Vec<[T::Mask; 2]>,
     /// Lanes whose robots' last steps began at rest.
     began_at_rest: T::Mask,
-    pub contacts: ObstacleContacts,
+    pub contacts: ObstacleContacts<T>,
     pub self_contacts: SelfContactDetection<T>,
     /// Contacts of the last stage, lane by lane: a step that is rejected leaves those of its robot unchanged.
     pub known: [ContactMemory; MAX_LANES],
@@ -67,7 +67,7 @@ pub struct Workspace<T: Real> {
     pub supports: [Vec<Support>; MAX_LANES],
     joint_stops: JointStops<T>,
     motors: Motors<T>,
-    pub closings: Closings,
+    pub closings: Closings<T>,
     /// Forces of the last stage.
     pub forces: GroundForces<T>,
     pub stage: Stage<T>,
@@ -88,9 +88,6 @@ pub struct StageResult<T: Real> {
     energy: EnergyLedger<T>,
     /// How far the stage ended from its prediction, for any point of the robot \[m\].
     pub deviation: T,
-    /// Of the ground alone: when spheres touch down within the step, and when after it \[s\].
-    touchdown: T,
-    touchdown_forecast: T,
     pub kept: Kept<T>,
     /// Configuration at the end of the step.
     pub arrival: Configuration<T>,
@@ -153,8 +150,6 @@ impl<T: Real> Workspace<T> {
             result: StageResult {
                 energy: EnergyLedger::zero(),
                 deviation: zero,
-                touchdown: zero,
-                touchdown_forecast: zero,
                 kept: Kept {
                     end: ChainVelocity::rest(links).among(movables),
                     momentum: vec![Momentum::zero(); links],

@@ -13,11 +13,10 @@ use crate::spatial::{ChainState, Spatial, SpatialBody, SpatialSystem, StageSolut
 use crate::stepping::lanes::{Lanes, active};
 use crate::stepping::penetration::Sinking;
 use crate::stepping::{
-    Closing, ContactImpulse, Effort, EnergyLedger, FallbackResult, Members, SolvedRows, StageOutput, StageRecord,
-    holding,
+    Closing, ContactImpulse, Effort, EnergyLedger, FallbackResult, Members, StageOutput, StageRecord, holding,
 };
 
-use super::{Motion, Workspace};
+use super::Workspace;
 
 impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Spatial;
@@ -55,20 +54,15 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     ) {
         for lane in active(solved) {
             contact_impulses.extend(self.top_impulses(lane));
-            self.closings.begin_stage(lane);
-            self.closings.add_times(lane, self.result.touchdown.lane(lane), self.result.touchdown_forecast.lane(lane));
-            self.joint_stops.add_closings(lane, &mut self.closings);
         }
-        let Self { contacts, self_contacts, known, closings, stage, solution, motion, .. } = self;
-        let Motion { expected, elapsed, .. } = motion;
-        let (c, twist) = (stage.coefficient, &solution.twist);
-        let rows = |impulse| SolvedRows { coefficient: c, elapsed: *elapsed, expected, twist, impulse, lanes: solved };
-        contacts.rows.read(&rows(&solution.contact), closings, contact_impulses, |found, force| {
+        let Self { contacts, self_contacts, known, stage, solution, .. } = self;
+        let c = stage.coefficient;
+        contacts.rows.read(c, (&solution.contact, solved), contact_impulses, |found, force| {
             let friction = friction_of(stage, solution, found.slot, found.lane) / c.lane(found.lane);
             known[found.lane].add(found.id, KnownContact { force, friction, ..found.known });
         });
         contact_impulses.extend(contacts.friction_impulses(stage, solution, solved));
-        self_contacts.rows.read(&rows(&solution.pair), closings, contact_impulses, |found, force| {
+        self_contacts.rows.read(c, (&solution.pair, solved), contact_impulses, |found, force| {
             known[found.lane].add(found.id, KnownContact { force, ..found.known });
         });
     }
@@ -96,7 +90,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         &self.result.kept.energy
     }
 
-    fn closing(&self, lane: usize) -> &Closing {
+    fn closing(&self, lane: usize) -> Closing {
         self.closings.of(lane)
     }
 
