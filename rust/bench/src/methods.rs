@@ -45,7 +45,7 @@ pub fn choices_in_space(quick: bool) -> Vec<Choice> {
     let default = ImplicitConfig::default();
     let mut choices = curve("implicit order 2", &with_default(steps), default);
     if !quick {
-        choices.extend([1e-5, 1e-4, 1e-3].into_iter().flat_map(|tolerance| of_tolerance(tolerance, steps)));
+        choices.extend([1e-4, 1e-3, 1e-2].into_iter().flat_map(|tolerance| of_tolerance(tolerance, steps)));
     }
     choices
 }

@@ -92,7 +92,7 @@ impl Sampled for SpatialScenario {
     }
 
     fn fine(step: f64) -> ImplicitConfig {
-        ImplicitConfig { step: Some(step), tolerance: Some(1e-9), ..ImplicitConfig::default() }
+        ImplicitConfig { step: Some(step), tolerance: Some(1e-8), ..ImplicitConfig::default() }
     }
 
     fn system(&self) -> Result<SpatialSystem, ConfigError> {

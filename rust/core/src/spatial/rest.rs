@@ -100,7 +100,7 @@ pub fn is_at_rest(velocity: &ChainVelocity) -> bool {
 /// Speed over the bound below which rest is tried.
 const SLOW: f64 = 1e-2;
 
-/// Loosest tolerance of a robot at rest \[m/s\], the default one.
+/// Loosest tolerance of a robot at rest \[m/s\], that of the solvers by default.
 const LOOSEST: f64 = 1e-6;
 
 /// Acceleration against which a robot may be held, a small share of gravity \[m/s^2\].

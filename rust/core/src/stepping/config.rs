@@ -33,7 +33,7 @@ impl Precision {
 pub struct Accuracy {
     /// Largest step \[s\].
     pub step: f64,
-    /// Accuracy of the velocities in a stage \[m/s\].
+    /// Largest certified residual of a solved stage \[m/s\].
     pub tolerance: f64,
     /// Largest accepted deviation of a part of a step from its prediction, for any point of the robot \[m\].
     pub step_tolerance: f64,
@@ -56,7 +56,7 @@ pub struct ImplicitConfig {
     pub method: ImplicitMethod,
     /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
     pub step: Option<f64>,
-    /// Accuracy of the velocities \[m/s\] (T 3.81 != D11); of a smooth plant of the minimal model, relative.
+    /// Largest certified residual of a solved stage \[m/s\] (T 3.81 != D11); of a smooth plant of the minimal model, relative.
     pub tolerance: Option<f64>,
     /// Iterations after which a stage is given up and counts as unconverged (T Remark 3.1).
     pub max_iterations: u32,

@@ -197,7 +197,7 @@ impl<T: Real, M: Model> Group<M, T> {
         for lane in active(lanes) {
             let iterations = solved.outcome.iterations.lane(lane) as u32;
             let body = members.body_mut(lane);
-            let is_solved = solved.is_solved::<M>(lane, tolerance);
+            let is_solved = solved.is_solved(lane, tolerance);
             let solves_left = solves_left(body.step_solves, max_iterations);
             let effort = Effort { solves_left, is_brief: body.has_relaxed };
             let quality = &mut self.quality[lane];

@@ -30,8 +30,6 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
 
     /// Accuracy at the default precision.
     const ACCURACY: Accuracy;
-    /// Largest certified residual of a solved stage over its tolerance; see [`super::verdict`].
-    const RESIDUAL_FACTOR: f64;
     /// Whether robots share registers by the linear solves of their last stage, instead of their last accepted step:
     /// whichever predicts better how many the next stage takes.
     const SORTED_BY_STAGE: bool;

@@ -2,8 +2,8 @@
 //!
 //! * The **residual** of a stage is what the model's certificate finds: the worst violation of any law of the stage by
 //!   the solution, as a velocity \[m/s\]. It is computed by code that no solver uses.
-//! * A stage is **solved** if its solver met its own stopping rule and the residual is at most
-//!   [`Model::RESIDUAL_FACTOR`] times the tolerance. A residual that is not a number solves nothing.
+//! * A stage is **solved** if its solver met its own stopping rule and the residual is at most the tolerance. A residual
+//!   that is not a number solves nothing.
 //! * A stage that Newton's method did not solve is given to the **fallback**, one robot at a time. The fallback counts
 //!   in `fallbacks` whether or not it succeeds.
 //! * A stage is **unconverged** if the fallback did not solve it either, or was not tried: the stage has a value that is not
@@ -18,17 +18,13 @@
 //! fallback is not begun either if it would spend more than what is left: where links are predicted to fly through each
 //! other, each of a thousand solves would take in hundreds of contacts.
 //!
-//! The factor relates two norms: solvers bound velocities in the norm of the kinetic energy of all links, certificates
-//! check every law and every link separately, relative to its own mass and inertia. In the plane solutions meet their
-//! tolerance in both norms but for rare stages, and the factor is 1: those go to the fallback. In 3D, with two contacts
-//! and six balances per link, the certificate is commonly above the tolerance where the velocities are not, and the
-//! factor is 10, for a solution of the fallback too. In the plane that counts as solved up to
-//! [`crate::solver::residual_limit`].
+//! In 3D solvers stop at a [share](crate::spatial::STOPPING_SHARE) of the tolerance. In the plane stages within the
+//! tolerance of a solver are within that of the certificate, but for rare ones, and a solution of the fallback counts as
+//! solved up to [`crate::solver::residual_limit`].
 
 use crate::math::{Mask, Real};
 use crate::solver::{SolveStatus, is_unsolved};
 
-use super::model::Model;
 use super::stage::SolvedStage;
 
 /// Linear solves of one step in `max_iterations`, 100,000 by default. Steps of ordinary scenes take tens, a coil that is
@@ -114,8 +110,7 @@ impl FallbackResult {
 
 impl<T: Real> SolvedStage<T> {
     /// Whether the stage of a lane is solved.
-    pub fn is_solved<M: Model>(&self, lane: usize, tolerance: f64) -> bool {
-        let (converged, residual) = (self.outcome.converged.lane(lane), self.residual.lane(lane));
-        !is_unsolved(converged, residual, M::RESIDUAL_FACTOR * tolerance)
+    pub fn is_solved(&self, lane: usize, tolerance: f64) -> bool {
+        !is_unsolved(self.outcome.converged.lane(lane), self.residual.lane(lane), tolerance)
     }
 }

@@ -86,7 +86,7 @@ fn sidewound(friction: f64, step: f64, gait: &impl Reference<CardanTarget>) -> V
 /// same way, though most of the time the model leaves open how its contacts share the weight.
 #[test]
 fn the_path_does_not_depend_on_warm_starts() {
-    let config = ImplicitConfig { tolerance: Some(1e-8), ..implicit(0.005, 1) };
+    let config = ImplicitConfig { tolerance: Some(1e-7), ..implicit(0.005, 1) };
     let mut remembering = on_course(&config);
     let mut forgetting = on_course(&config);
     for _ in 0..40 {
@@ -106,7 +106,7 @@ fn the_path_does_not_depend_on_warm_starts() {
 fn the_schemes_have_their_orders() {
     let end = |step: f64, order: u32| {
         let config = ImplicitConfig {
-            tolerance: Some(1e-8),
+            tolerance: Some(1e-7),
             step_tolerance: Some(1.0),
             impact_step: Some(1e-6),
             ..implicit(step, order)

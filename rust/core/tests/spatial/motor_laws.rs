@@ -42,7 +42,7 @@ fn stages_with_motors_are_solved_alike_by_two_methods() {
         let mut theirs = start.clone();
         if !CoulombNewton::new(stage.links.len()).solve(&stage, &mut theirs, 1e-9).1 {
             fallbacks += 1;
-            let (_, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut theirs, 1e-9, u32::MAX);
+            let (_, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut theirs, 1e-8, u32::MAX);
             assert_eq!(status, SolveStatus::Solved, "trial {trial}");
         }
         let apart = (stacked(&ours.twist) - stacked(&theirs.twist)).amax();

@@ -386,7 +386,7 @@ fn all_solvers_find_the_velocities_of_a_stage_with_bodies() {
         let (mut fast, mut slow, mut hard) = (blank.clone(), blank.clone(), blank);
         assert!(Newton::new(9).solve_one(&stage, &mut fast, 1e-9, 500).converged, "trial {trial}");
         assert!(CoulombNewton::new(9).continuation(&stage, &mut slow, 1e-9, u32::MAX).1, "trial {trial}");
-        let (_, status) = Fallback::new(9).solve_hard(&stage, &mut hard, 1e-9, u32::MAX);
+        let (_, status) = Fallback::new(9).solve_hard(&stage, &mut hard, 1e-8, u32::MAX);
         assert!(status == SolveStatus::Solved, "trial {trial}: {status:?}");
         for (name, solution) in [("lanes", &fast), ("coupled", &slow), ("fallback", &hard)] {
             let certificate = certify(&stage, solution);

@@ -142,7 +142,7 @@ fn contradicting_self_contacts_are_relaxed() {
         stage.pairs.push(StagePair { links: [1, 3], direction, offset: -0.1 });
     }
     let mut solution = blank(&stage);
-    let (_, status) = Fallback::new(5).solve_hard(&stage, &mut solution, 1e-6, u32::MAX);
+    let (_, status) = Fallback::new(5).solve_hard(&stage, &mut solution, 1e-5, u32::MAX);
     assert_eq!(status, SolveStatus::Relaxed);
     assert!(solution.twist.iter().all(|x| x.linear.norm() < 1e-3));
 }

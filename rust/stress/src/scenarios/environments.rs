@@ -116,7 +116,7 @@ pub fn step_lengths_in_space() -> Vec<Kind> {
             for (difficulty, step) in [(0.0, 0.01), (1.0, 0.025)] {
                 let model = ModelKind::Spatial;
                 let config = EnvConfig { model, action_mode: mode, field, ..of_task(task, difficulty) };
-                kinds.push(Kind::stepped(config, step, 1e-6));
+                kinds.push(Kind::stepped(config, step, 1e-5));
             }
         }
     }

@@ -13,6 +13,7 @@ pub mod walls;
 use snake_core::environment::{ActionMode, ModelKind, PlanarRobot, RobotModel, SpatialRobot};
 use snake_core::gait::Reference;
 use snake_core::simulation::{PlanarSimulation, SpatialSimulation};
+use snake_core::spatial::Spatial;
 use snake_core::stepping::Model;
 
 use crate::case::Case;
@@ -161,8 +162,7 @@ pub fn in_the_plane(effort: Effort, seed: u64) -> Vec<Scenario> {
 pub fn in_space(effort: Effort, seed: u64) -> Vec<Scenario> {
     let time = effort.seconds(0.3, 2.0, 20.0);
     let standing = effort.of(200, 20_000, 1_000_000);
-    // Ten tolerances of 1e-6 m/s.
-    let default = Bounds { residual: 1e-5, ..Bounds::default() };
+    let default = Bounds { residual: Spatial::ACCURACY.tolerance, ..Bounds::default() };
     // Three of four gaits start inside pegs.
     let inside = Bounds { penetration: f64::INFINITY, energy: f64::INFINITY, ..default };
     let name = "3D: NaN in one robot of 19";

@@ -8,8 +8,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::rows::{demanded_speed, relax};
 use crate::solver::{CoupledStage, EXACT, STRAIN, SolveStatus, greatest_impulse};
 use crate::spatial::rest::{RestCandidate, bound, fastest};
-use crate::spatial::{Spatial, Stage, StageLink, StageSolution, Twist, certify};
-use crate::stepping::Model;
+use crate::spatial::{STOPPING_SHARE, Stage, StageLink, StageSolution, Twist, certify};
 
 use super::lagged::Lag;
 use super::{CoulombNewton, Newton};
@@ -47,7 +46,7 @@ impl Fallback {
         Self { attempt, relaxed: Stage::with_capacity(links), relaxed_solution: StageSolution::new(links) }
     }
 
-    /// Solves `stage` for velocities within about `tolerance` \[m/s\]. `solution` has the size of the stage and may
+    /// Solves `stage` to a residual of at most `tolerance` \[m/s\]. `solution` has the size of the stage and may
     /// hold the result of another solver or anything else, NaN included. Neither a method nor a convex problem begins
     /// after `most` linear solves, but those of a calm end; their number is also returned.
     pub fn solve_hard(
@@ -68,11 +67,10 @@ impl Fallback {
         tolerance: f64,
         (most, brief): (u32, bool),
     ) -> (u32, SolveStatus) {
-        let limit = Spatial::RESIDUAL_FACTOR * tolerance;
         let demand = demanded_speed(&stage.contacts, &stage.pairs);
         let (mut solves, mut is_done, mut residual) = (0, false, f64::INFINITY);
         let (near, far) = METHODS.split_at(NEAR);
-        let contradiction = limit.max(CONTRADICTION);
+        let contradiction = tolerance.max(CONTRADICTION);
         let at_once = if brief { contradiction } else { f64::INFINITY };
         for (methods, inaccurate) in [(near, at_once), (far, contradiction)] {
             if is_done || solves >= most {
@@ -88,12 +86,12 @@ impl Fallback {
                 let (more, eased) = self.ease(stage, solution, is_wedged, tolerance, most.saturating_sub(solves));
                 solves += more;
                 if eased {
-                    let is_solved = certified(stage, solution) <= limit;
+                    let is_solved = certified(stage, solution) <= tolerance;
                     return (solves, if is_solved { SolveStatus::Solved } else { SolveStatus::Relaxed });
                 }
             }
         }
-        if residual <= limit {
+        if residual <= tolerance {
             return (solves, SolveStatus::Solved);
         }
         let (more, status) = self.end_calmly(stage, solution, tolerance);
@@ -106,16 +104,16 @@ impl Fallback {
     pub fn end_calmly(&mut self, stage: &Stage, solution: &mut StageSolution, tolerance: f64) -> (u32, SolveStatus) {
         self.relax(stage);
         let Self { attempt, relaxed, relaxed_solution: calm } = self;
-        let limit = Spatial::RESIDUAL_FACTOR * tolerance;
         calm.copy_from(solution);
         start_from_free_motion(stage, calm);
-        let is_enough = |solution: &StageSolution| certified(relaxed, solution) <= limit;
-        let solves = attempt.coulomb.lag(relaxed, calm, tolerance, MOST_TO_END, Lag::Follows, is_enough);
+        let is_enough = |solution: &StageSolution| certified(relaxed, solution) <= tolerance;
+        let stopping = STOPPING_SHARE * tolerance;
+        let solves = attempt.coulomb.lag(relaxed, calm, stopping, MOST_TO_END, Lag::Follows, is_enough);
         let [before, after] = [&*solution, calm].map(|solution| certified(stage, solution));
         if after < before || before.is_infinite() {
             solution.copy_from(calm);
         }
-        (solves, if before.min(after) <= limit { SolveStatus::Solved } else { SolveStatus::Unsolved })
+        (solves, if before.min(after) <= tolerance { SolveStatus::Solved } else { SolveStatus::Unsolved })
     }
 
     /// Takes the solution of the stage with recovery of penetrations switched off, if it is found, and if its forces are
@@ -135,7 +133,7 @@ impl Fallback {
             start_from_free_motion(stage, eased);
         }
         let (solves, _) = attempt.close(relaxed, eased, &METHODS, tolerance, most);
-        let is_solved = attempt.residual <= Spatial::RESIDUAL_FACTOR * tolerance;
+        let is_solved = attempt.residual <= tolerance;
         let impulses = [&*solution, eased].map(|one| greatest_impulse(&one.contact, &one.pair));
         let eases = is_solved && (!is_wedged || impulses[0] > STRAIN * impulses[1]);
         if eases {
@@ -151,10 +149,11 @@ impl Fallback {
     }
 }
 
-/// Continues from the trial to a tolerance; is told how many linear solves are left, and returns how many it took.
+/// Continues from the trial to a tolerance of the solvers; is told how many linear solves are left, and returns how many it
+/// took.
 type Method = fn(&mut Attempt, &Stage, f64, u32) -> u32;
 
-/// Methods, with the residual over the tolerance that is enough.
+/// Methods, with the residual over that tolerance that is enough.
 const METHODS: [(Method, f64); 5] = [
     (Attempt::at_rest, ENOUGH),
     (Attempt::near_the_lanes, ENOUGH),
@@ -177,6 +176,7 @@ impl Attempt {
         tolerance: f64,
         most: u32,
     ) -> (u32, bool) {
+        let stopping = STOPPING_SHARE * tolerance;
         self.best.copy_from(solution);
         (self.residual, self.stands) = (certified(stage, solution), false);
         let (mut solves, mut is_done) = (0, false);
@@ -188,9 +188,9 @@ impl Attempt {
             if self.residual.is_infinite() {
                 start_from_free_motion(stage, &mut self.trial);
             }
-            solves += method(self, stage, tolerance, most - solves);
+            solves += method(self, stage, stopping, most - solves);
             self.keep_if_better(stage);
-            is_done = self.stands || self.residual <= enough * tolerance;
+            is_done = self.stands || self.residual <= enough * stopping;
         }
         solution.copy_from(&self.best);
         (solves, is_done)
@@ -289,8 +289,8 @@ fn free_twist(link: &StageLink) -> Twist {
     }
 }
 
-/// Residual over the tolerance with which nothing better is looked for: what is left of the forces at rest makes a robot
-/// creep, ten times as fast as the residual at many contacts close to slipping.
+/// Residual over the tolerance of the solvers with which nothing better is looked for: what is left of the forces at rest
+/// makes a robot creep, ten times as fast as the residual at many contacts close to slipping.
 const ENOUGH: f64 = 0.1;
 
 /// Speed up to which rest is tried \[m/s\], and by which part of itself what is left of the forces must fall in a problem.

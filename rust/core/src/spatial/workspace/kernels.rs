@@ -7,9 +7,9 @@ use crate::math::{Mask, Real, select_into};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
 use crate::spatial::spatial_vector::scaled;
-use crate::spatial::{Frame, Spatial, StageDrive, StageLink, StageSolution, Twist, certify};
+use crate::spatial::{Frame, STOPPING_SHARE, StageDrive, StageLink, StageSolution, Twist, certify};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
-use crate::stepping::{ClosingRow, Model, MovedAxis, SolvedMotion, SolvedStage, StageKernels};
+use crate::stepping::{ClosingRow, MovedAxis, SolvedMotion, SolvedStage, StageKernels};
 
 use super::{GroundForces, Kept, Workspace};
 
@@ -108,13 +108,13 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         let angles = self.motion.start.angle.iter().flatten().zip(self.motion.base.angle.iter().flatten());
         let angles = angles.map(|(start, base)| (*start, *base));
         self.joint_stops.fill(angles, c, self.motion.elapsed, &mut self.stage.stops, &mut self.solution.stop);
-        let stands = self.rest.holds(lanes & self.began_at_rest, &self.stage, &self.solution, tolerance);
-        let mut outcome =
-            self.newton.solve(&self.stage, &mut self.solution, tolerance, max_iterations, lanes & !stands);
+        let least = STOPPING_SHARE * tolerance;
+        let stands = self.rest.holds(lanes & self.began_at_rest, &self.stage, &self.solution, least);
+        let mut outcome = self.newton.solve(&self.stage, &mut self.solution, least, max_iterations, lanes & !stands);
         outcome.converged = outcome.converged | stands;
         self.rest.write(stands, &mut self.solution);
         let mut residual = certify(&self.stage, &self.solution).residual();
-        let rough = outcome.converged & !stands & T::splat(Spatial::RESIDUAL_FACTOR * tolerance).lt(residual);
+        let rough = outcome.converged & !stands & T::splat(tolerance).lt(residual);
         if rough.any() {
             self.polished.copy_from(&self.solution);
             self.newton.polish(&mut self.polished, &mut outcome, rough);
