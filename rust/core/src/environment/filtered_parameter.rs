@@ -102,6 +102,7 @@ impl FilteredParameter {
     }
 
     /// Value, rate and acceleration `time` after the control instant; `decay` is the filter's there.
+    #[inline]
     pub fn jet(&self, time: f64, decay: f64, filter: &Filter) -> Jet {
         let lambda = filter.bandwidth;
         let polynomial = self.a + time * (self.b + time * self.c);

@@ -308,15 +308,18 @@ impl<const AXES: usize> ReferenceGenerator<AXES> {
     }
 
     /// What a joint adds to the wave of an axis.
+    #[inline(always)]
     fn own(&self, axis: usize, joint: usize, decay: f64, elapsed: f64) -> Jet {
         let Axis { joints, angles, .. } = &self.state.axes[axis];
         let Some(parameter) = joints.get(joint) else { return Jet::default() };
-        let jet = parameter.jet(elapsed, decay, &self.filter);
-        angles.get(joint).map_or(jet, |angle| Jet {
-            value: angle + parameter.integral(elapsed, decay, &self.filter),
-            rate: jet.value,
-            acceleration: jet.rate,
-        })
+        let Jet { value, rate, acceleration } = parameter.jet(elapsed, decay, &self.filter);
+        match angles.get(joint) {
+            None => Jet { value, rate, acceleration },
+            Some(angle) => {
+                let angle = angle + parameter.integral(elapsed, decay, &self.filter);
+                Jet { value: angle, rate: value, acceleration: rate }
+            }
+        }
     }
 
     /// The torques that actions have set, if they do.
