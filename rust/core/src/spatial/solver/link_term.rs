@@ -9,7 +9,9 @@ use crate::solver::{ActuatorTerm, SurfaceTerm};
 use super::friction_term::{FrictionLaw, FrictionTerm};
 use super::sweep::{Quadratic, Segment, Symmetric, with_products};
 use super::terms::ContactTerm;
-use crate::spatial::spatial_vector::{Momentum, Twist, Wrench, along, difference, inner, scaled, sum, sum_with_cross};
+use crate::spatial::spatial_vector::{
+    Momentum, Twist, Wrench, along, difference, inner, scaled, sum, sum_with_cross, zero_vector,
+};
 use crate::spatial::{Stage, StageFriction, StageSolution};
 
 /// What all contacts with the ground share.
@@ -101,39 +103,56 @@ impl<T: Real> GroundTerm<T> {
 }
 
 impl<T: Real> LinkTerm<T> {
-    /// A link at the twist `twist`, moving at `rates` about the joint before it.
+    /// A link before [`Self::begin`].
+    pub fn unplaced(laws: &GroundLaws<T>) -> Self {
+        let (zero, none) = (T::zero(), Vector2::new(T::zero(), T::zero()));
+        let friction = FrictionTerm::new(&laws.rolling, zero, &none);
+        let end = GroundTerm { share: zero, normal: ContactTerm::new(zero, zero, zero), friction };
+        Self {
+            segment: Segment::unplaced(),
+            axis: zero_vector(),
+            momentum: Momentum::zero(),
+            mass: zero,
+            inverse_mass: zero,
+            inertia: zero,
+            roll_excess: zero,
+            spheres: [zero; 2],
+            radius: zero,
+            slip: [none; 2],
+            ends: [end; 2],
+            rolling: friction,
+            actuators: [ActuatorTerm::none(); 2],
+            twist: Twist::zero(),
+            rates: [zero; 2],
+            step: Twist::zero(),
+            step_rates: [zero; 2],
+        }
+    }
+
+    /// Begins a stage at a twist, moving at these rates about the joint before the link. In place: the link is larger than what
+    /// registers hold.
     #[inline(always)]
-    pub fn new(
+    pub fn begin(
+        &mut self,
         stage: &Stage<T>,
         solution: &StageSolution<T>,
         i: usize,
         laws: &GroundLaws<T>,
-        (segment, twist, rates, actuators): (Segment<T>, Twist<T>, [T; 2], [ActuatorTerm<T>; 2]),
-    ) -> Self {
+        (twist, rates, actuators): (Twist<T>, [T; 2], [ActuatorTerm<T>; 2]),
+    ) {
         let (link, shape, tangent) = (&stage.links[i], &laws.sliding.shape, &stage.links[i].tangent);
         let ([front, rear], _, rolling) = solution.ground(i);
-        Self {
-            segment,
-            axis: link.axes[2],
-            momentum: link.momentum,
-            mass: link.mass,
-            inverse_mass: T::splat(1.0) / link.mass,
-            inertia: link.inertia,
-            roll_excess: link.roll_inertia - link.inertia,
-            spheres: link.spheres(),
-            radius: link.radius,
-            slip: [
-                Vector2::new(shape.x * tangent.x, shape.x * tangent.y),
-                Vector2::new(-(shape.y * tangent.y), shape.y * tangent.x),
-            ],
-            ends: [GroundTerm::new(stage, solution, i, 0, laws), GroundTerm::new(stage, solution, i, 1, laws)],
-            rolling: FrictionTerm::new(&laws.rolling, laws.rolling.radius(front + rear), &rolling),
-            actuators,
-            twist,
-            rates,
-            step: Twist::zero(),
-            step_rates: [T::zero(); 2],
-        }
+        (self.axis, self.momentum) = (link.axes[2], link.momentum);
+        (self.mass, self.inverse_mass) = (link.mass, T::splat(1.0) / link.mass);
+        (self.inertia, self.roll_excess) = (link.inertia, link.roll_inertia - link.inertia);
+        (self.spheres, self.radius) = (link.spheres(), link.radius);
+        self.slip[0] = Vector2::new(shape.x * tangent.x, shape.x * tangent.y);
+        self.slip[1] = Vector2::new(-(shape.y * tangent.y), shape.y * tangent.x);
+        self.ends[0] = GroundTerm::new(stage, solution, i, 0, laws);
+        self.ends[1] = GroundTerm::new(stage, solution, i, 1, laws);
+        self.rolling = FrictionTerm::new(&laws.rolling, laws.rolling.radius(front + rear), &rolling);
+        (self.actuators, self.twist, self.rates) = (actuators, twist, rates);
+        (self.step, self.step_rates) = (Twist::zero(), [T::zero(); 2]);
     }
 
     /// M x.

@@ -11,7 +11,7 @@ use crate::math::Real;
 use crate::robot::Axes;
 
 use crate::spatial::spatial_vector::{
-    Momentum, SpatialVector, Twist, Wrench, along, inner, scaled, sum, sum_with_cross,
+    Momentum, SpatialVector, Twist, Wrench, along, inner, scaled, sum, sum_with_cross, zero_vector,
 };
 
 /// Symmetric 3 x 3 matrix.
@@ -237,11 +237,16 @@ impl<T: Real> Elimination<T> {
 }
 
 impl<T: Real> Segment<T> {
-    /// A link that lies `shift` from the one before, whose rear joint moves it along `hinge`.
-    #[inline(always)]
-    pub fn new(axes: Axes, shift: Vector3<T>, hinge: [Twist<T>; 2]) -> Self {
+    /// A link that has no place yet.
+    pub fn unplaced() -> Self {
         let none = Elimination { row: SpatialVector::zero(), constant: T::zero(), inverse: T::zero() };
-        Self { only: axes.only(), shift, hinge, elimination: [none; 2] }
+        Self { only: None, shift: zero_vector(), hinge: [Twist::zero(); 2], elimination: [none; 2] }
+    }
+
+    /// Places the link `shift` from the one before, whose rear joint moves it along `hinge`.
+    #[inline(always)]
+    pub fn place(&mut self, axes: Axes, shift: Vector3<T>, hinge: [Twist<T>; 2]) {
+        (self.only, self.shift, self.hinge) = (axes.only(), shift, hinge);
     }
 
     /// Eliminates the rates of the joint before this link from `total`, the function of all from this link on, and turns

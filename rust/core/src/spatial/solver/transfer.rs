@@ -3,9 +3,8 @@
 use nalgebra::Vector2;
 
 use crate::math::Real;
-use crate::robot::Axes;
 use crate::solver::{ActuatorTerm, MotorTerm, SurfaceTerm};
-use crate::spatial::spatial_vector::{Twist, difference, inner, sum};
+use crate::spatial::spatial_vector::{difference, inner, sum};
 use crate::spatial::{Stage, StageSolution, hinge_directions};
 
 use super::link_term::{GroundLaws, LinkTerm};
@@ -19,7 +18,6 @@ impl<T: Real> Newton<T> {
     pub(super) fn warm_up(&mut self, stage: &Stage<T>, solution: &StageSolution<T>) {
         self.lightest = stage.links[0].mass;
         self.is_holding = true;
-        self.links.clear();
         let (mut total, chain) = (T::zero(), stage.chain());
         for (i, link) in stage.links.iter().enumerate() {
             self.lightest = self.lightest.min(link.mass);
@@ -30,18 +28,20 @@ impl<T: Real> Newton<T> {
         }
         let penalty = T::splat(PENALTY / chain as f64) * total;
         self.laws = GroundLaws::new(&stage.friction, penalty);
+        if self.links.len() != stage.links.len() {
+            self.links.resize(stage.links.len(), LinkTerm::unplaced(&self.laws));
+        }
         for i in 0..chain {
-            let term = self.link_term(stage, solution, i);
-            self.links.push(term);
+            self.begin_link(stage, solution, i);
         }
         self.surfaces.clear();
         self.movables.resize(stage.surfaces.len(), Quadratic::zero());
         for (k, (axes, impulse)) in stage.surfaces.iter().zip(&solution.surface).enumerate() {
             self.surfaces.push(SurfaceTerm::new(*axes, impulse, penalty));
-            let (zero, none) = (T::zero(), [Twist::zero(); 2]);
-            let segment = Segment::new(Axes::Both, none[0].linear, none);
-            let motion = (segment, solution.twist[chain + k], [zero; 2], [ActuatorTerm::none(); 2]);
-            self.links.push(LinkTerm::new(stage, solution, chain + k, &self.laws, motion));
+            let motion = (solution.twist[chain + k], [T::zero(); 2], [ActuatorTerm::none(); 2]);
+            let link = &mut self.links[chain + k];
+            link.segment = Segment::unplaced();
+            link.begin(stage, solution, chain + k, &self.laws, motion);
         }
         if let Some(skin) = self.laws.skin {
             for (link, impulses) in self.links.iter_mut().zip(&solution.friction) {
@@ -67,14 +67,17 @@ impl<T: Real> Newton<T> {
     }
 
     #[inline(always)]
-    fn link_term(&self, stage: &Stage<T>, solution: &StageSolution<T>, i: usize) -> LinkTerm<T> {
+    fn begin_link(&mut self, stage: &Stage<T>, solution: &StageSolution<T>, i: usize) {
+        let Self { links, laws, .. } = self;
+        let (placed, rest) = links.split_at_mut(i);
+        let own = &mut rest[0];
         let (zero, link) = (T::zero(), &stage.links[i]);
         let before = if i > 0 { &stage.links[i - 1] } else { link };
         let axes = stage.axes_of(i.saturating_sub(1));
         let directions = hinge_directions(axes, &before.axes, &link.axes);
         let hinge = [link.hinge(&directions[0]), link.hinge(&directions[1])];
-        let segment = Segment::new(axes, sum(&before.joint_arms()[1], &link.joint_arms()[0]), hinge);
-        let (twist, rates, actuators) = match self.links.last() {
+        own.segment.place(axes, sum(&before.joint_arms()[1], &link.joint_arms()[0]), hinge);
+        let motion = match placed.last() {
             Some(previous) => {
                 let relative = difference(&solution.twist[i].angular, &solution.twist[i - 1].angular);
                 let mut rates = [zero; 2];
@@ -84,7 +87,7 @@ impl<T: Real> Newton<T> {
                     }
                 }
                 (
-                    segment.follow(&previous.twist, &rates),
+                    own.segment.follow(&previous.twist, &rates),
                     rates,
                     [
                         ActuatorTerm::new(&stage.joints[i - 1][0], zero),
@@ -94,7 +97,7 @@ impl<T: Real> Newton<T> {
             }
             None => (solution.twist[0], [zero; 2], [ActuatorTerm::none(); 2]),
         };
-        LinkTerm::new(stage, solution, i, &self.laws, (segment, twist, rates, actuators))
+        own.begin(stage, solution, i, laws, motion);
     }
 
     /// Velocities and impulses of all lanes.
