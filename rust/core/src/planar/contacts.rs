@@ -4,10 +4,11 @@ use nalgebra::Vector3;
 
 use crate::contact::recovery::{DEEP, SAME_SIDE, offset};
 use crate::contact::{
-    LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, PlacedLink, link_obstacle_contact, touching_distance,
+    LinkContact, NearObstacles, NearPair, PAIRS_PER_LINK, PlacedLink, link_obstacle_contact, link_peg_contact,
+    touching_distance,
 };
 use crate::math::Real;
-use crate::obstacles::ObstacleGrid;
+use crate::obstacles::{ObstacleGrid, Peg};
 use crate::planar::{Heading, StageContact};
 use crate::stepping::{FoundFriction, FoundRows};
 
@@ -65,12 +66,19 @@ impl<T: Real> Contacts<T> {
         let margin = robot.margin(1.0);
         let (close, mut count) = (&mut self.close, 0);
         near.visit_within(robot.bound.displacement, margin, |index, pair| {
-            let at_end = robot.contact(pair, obstacles);
             close.truncate(count);
+            // Each kept by itself, so that the contact with a peg, as most are, does not go by way of memory.
+            let Some((link, peg)) = robot.peg(pair, obstacles) else {
+                let at_end = robot.other_contact(pair, obstacles);
+                close.push((index, at_end));
+                // A wall that the link has crossed is looked at from the start of the step.
+                let is_covered = at_end.is_redundant && at_end.gap > -robot.nodes.all().get(pair.link).radius;
+                count += usize::from(at_end.gap < margin && !is_covered);
+                return at_end.gap;
+            };
+            let at_end = link_peg_contact(&link, peg);
             close.push((index, at_end));
-            // A wall that the link has crossed is looked at from the start of the step.
-            let is_covered = at_end.is_redundant && at_end.gap > -robot.nodes.all().get(pair.link).radius;
-            count += usize::from(at_end.gap < margin && !is_covered);
+            count += usize::from(at_end.gap < margin);
             at_end.gap
         });
         close.truncate(count);
@@ -78,14 +86,16 @@ impl<T: Real> Contacts<T> {
 }
 
 impl<T: Real> StageKinematics<'_, T> {
-    /// A pair at the predicted end.
-    fn contact(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
-        let Some(node) = self.nodes.place_of(pair.link) else { return self.contact_of_sleeper(pair, obstacles) };
-        link_obstacle_contact(&self.placed(node), obstacles, (pair.obstacle, pair.feature))
+    /// A pair at the predicted end that is of a link of the robot and a peg.
+    #[inline(always)]
+    fn peg<'a>(&'a self, pair: &NearPair, obstacles: &'a ObstacleGrid) -> Option<(PlacedLink<'a>, &'a Peg)> {
+        let peg = obstacles.pegs().get(pair.obstacle).filter(|_| pair.link < self.nodes.links.len())?;
+        Some((self.placed(pair.link), peg))
     }
 
-    #[cold]
-    fn contact_of_sleeper(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
+    /// Any pair at the predicted end.
+    #[inline(never)]
+    fn other_contact(&self, pair: &NearPair, obstacles: &ObstacleGrid) -> LinkContact {
         let Motion { predicted, heading, .. } = self.motion;
         let lies = place_numbered((self.nodes, self.lying), pair.link, self.lane, predicted, heading);
         link_obstacle_contact(&lies, obstacles, (pair.obstacle, pair.feature))
