@@ -30,8 +30,9 @@ class Integrator(Section):
             its own.
         tolerance: > 0 and at most 0.01, beyond which sliding is not told from sticking. "thesis": the iteration stops
             when the impulses change by less [N s] (T 3.81), default 2e-5, 1e-5 for the minimal model. "implicit":
-            largest residual of a solved stage, as a velocity [m/s], default 1e-4, 1e-5 for the spatial and 1e-6 for the
-            minimal model. Of a smooth plant of the latter it is the relative tolerance.
+            largest residual of a solved stage, as a velocity [m/s], default 1e-4, 1e-5 for the spatial model. What the
+            fallback of the plane solves may leave 100 times as much, but no more than 1e-4. Of the minimal model:
+            accuracy of the velocities, default 1e-6; of its smooth plants, relative.
         max_iterations: after which a solve is given up and counts as unconverged, 1 to 1,000,000; "thesis": 10,000,
             "implicit": 200.
         order: "implicit" only: 1, implicit Euler, or 2, the default, the two-stage SDIRK scheme.

@@ -21,7 +21,7 @@ from benchmarks.set_points import set_points
     [
         (Case("SnakeCourse-v1", "gait"), 1e-14),
         (Case("SnakeFree-v1", "joints"), 1e-14),
-        # In 3D torques are solved for, here to 1e-6 m/s.
+        # In 3D torques are solved for, here to residuals of 1e-5 m/s.
         (Case("SnakeSpatial-v1", "joints"), 1e-4),
     ],
 )

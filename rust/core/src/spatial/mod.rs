@@ -53,7 +53,8 @@ pub use joint::{
 };
 pub use kinematics::{assemble_chain, close_positions, largest_joint_gap, orientation_of, rest_on_ground};
 pub use lane_fallback::observe_hard_stages;
-pub use model::{STOPPING_SHARE, Spatial, SpatialBody, SpatialFleet, SpatialScripted};
+use model::stopping;
+pub use model::{Spatial, SpatialBody, SpatialFleet, SpatialScripted};
 pub(crate) use movables::{movable_gap, pair_gap};
 pub use self_contact::self_gap;
 pub use solver::{CoulombNewton, Fallback, Newton};

@@ -24,10 +24,12 @@ pub type SpatialFleet = stepping::Fleet<Spatial>;
 /// A spatial robot that follows a reference.
 pub type SpatialScripted<R> = stepping::Scripted<R, Spatial>;
 
-/// Velocities for which solvers stop, over the residual with which a stage is solved. Their stopping rules bound
+/// Tolerance of the solvers of a stage whose residual is to be at most `tolerance` \[m/s\]. Their stopping rules bound
 /// velocities in the norm of the kinetic energy of all links. The certificate checks every law and every link, relative to
 /// its own mass and inertia: with two contacts and six balances per link it commonly finds more.
-pub const STOPPING_SHARE: f64 = 0.1;
+pub fn stopping(tolerance: f64) -> f64 {
+    0.1 * tolerance
+}
 
 impl Model for Spatial {
     type System = SpatialSystem;

@@ -52,8 +52,8 @@ pub(super) struct Plane {
 }
 
 impl<T: Real> ObstacleContacts<T> {
-    pub fn with_capacity(links: usize, lanes: usize) -> Self {
-        let contacts = CONTACTS_PER_LINK * links * lanes;
+    pub fn with_capacity(links: usize) -> Self {
+        let contacts = CONTACTS_PER_LINK * links * T::LANES;
         Self { rows: FoundRows::with_capacity(links, contacts), frictional: Vec::with_capacity(contacts) }
     }
 
@@ -127,7 +127,8 @@ impl<T: Real> ObstacleContacts<T> {
     ) -> impl Iterator<Item = ContactImpulse> + 'a {
         let found =
             self.frictional.iter().map(|(index, _)| &self.rows.all()[*index]).filter(move |row| solved[row.lane]);
-        found.map(|found| found.impulse(0, friction_of(stage, solution, found.slot, found.lane)))
+        let impulses = found.map(|found| found.impulse(0, friction_of(stage, solution, found.slot, found.lane)));
+        impulses.filter(|each| each.impulse != Vector3::zeros())
     }
 }
 

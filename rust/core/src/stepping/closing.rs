@@ -124,3 +124,43 @@ impl<T: Real> Closings<T> {
 
 /// Speed of approach below which a closing is no impact \[m/s\]: the rates of contacts at rest are round-off.
 const SLOW: f64 = 1e-3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times(closings: &Closings<f64>) -> (f64, f64) {
+        let Closing { at, forecast, .. } = closings.of(0);
+        (at, forecast)
+    }
+
+    #[test]
+    fn only_stages_that_are_kept_count_and_the_last_of_them_forecasts() {
+        let mut closings = Closings::none();
+        closings.begin_stage();
+        closings.add((0.3, 0.7));
+        closings.add((0.2, f64::INFINITY));
+        closings.keep_stage(false);
+        assert_eq!(times(&closings), (f64::INFINITY, f64::INFINITY), "it is solved again");
+        closings.keep_stage(true);
+        assert_eq!(times(&closings), (0.2, 0.7));
+        closings.begin_stage();
+        closings.add((0.4, 0.9));
+        closings.keep_stage(true);
+        assert_eq!(times(&closings), (0.2, 0.9), "the first closing of the part, the forecast of its end");
+        closings.begin_part();
+        assert!(!closings.of(0).is_fresh());
+    }
+
+    #[test]
+    fn a_row_closes_when_its_gap_is_used_up() {
+        let row = ClosingRow { offset: 0.5, expected_rate: -1.0, rate: -0.25, presses: true, touched: false };
+        // The stage covers 2 s from 1 s on: a gap of 1 m closes at 1 m/s.
+        assert_eq!(row.times(2.0, 3.0, true), (2.0, f64::INFINITY));
+        let open = ClosingRow { presses: false, ..row };
+        // 0.5 m are left at its end.
+        assert_eq!(open.times(2.0, 3.0, true), (f64::INFINITY, 2.0));
+        assert_eq!(open.times(2.0, 3.0, false).1, f64::INFINITY);
+        assert_eq!(ClosingRow { touched: true, ..row }.times(2.0, 3.0, true).0, f64::INFINITY, "no new closing");
+    }
+}

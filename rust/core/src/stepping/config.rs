@@ -56,7 +56,7 @@ pub struct ImplicitConfig {
     pub method: ImplicitMethod,
     /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
     pub step: Option<f64>,
-    /// Largest certified residual of a solved stage \[m/s\] (T 3.81 != D11); of a smooth plant of the minimal model, relative.
+    /// Largest certified residual of a solved stage \[m/s\] (T 3.81 != D11), see [`super::verdict`]; of a smooth plant of the minimal model, relative.
     pub tolerance: Option<f64>,
     /// Iterations after which a stage is given up and counts as unconverged (T Remark 3.1).
     pub max_iterations: u32,
@@ -115,7 +115,7 @@ impl ImplicitConfig {
     /// Names the option that is not admissible.
     pub fn validate(&self) -> Result<(), ConfigError> {
         time_step("step", self.step())?;
-        self.tolerance.map_or(Ok(0.0), |value| tolerance(value, LARGEST_VELOCITY_ERROR))?;
+        self.tolerance.map_or(Ok(0.0), |value| tolerance(value, LARGEST_TOLERANCE))?;
         validate_iterations(self.max_iterations)?;
         require((1..=2).contains(&self.order), "order", self.order, "1 or 2")?;
         for (name, value) in [("step_tolerance", self.step_tolerance), ("impact_step", self.impact_step)] {
@@ -139,8 +139,8 @@ pub fn validate_iterations(iterations: u32) -> Result<(), ConfigError> {
     require((1..=MOST_ITERATIONS).contains(&iterations), "max_iterations", iterations, &expected)
 }
 
-/// Error of a velocity beyond which sliding at the speed of a robot, 0.1 m/s, is not told from sticking \[m/s\].
-const LARGEST_VELOCITY_ERROR: f64 = 0.01;
+/// Beyond it sliding at the speed of a robot, 0.1 m/s, is not told from sticking \[m/s\].
+const LARGEST_TOLERANCE: f64 = 0.01;
 
 const MOST_ITERATIONS: u32 = 1_000_000;
 

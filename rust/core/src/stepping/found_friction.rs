@@ -74,26 +74,24 @@ impl<R> FoundFriction<R> {
         }
     }
 
-    /// What the solution of a stage of coefficient `c` says: the forces on the first links, which `remember` receives with
-    /// the numbers of their rows, and in the lanes that are kept the impulses on all links, but for those that are zero.
+    /// Passes the forces on the first links in a solved stage of coefficient `c` to `remember`, with the numbers of their
+    /// rows, and collects the impulses on links in the lanes that are kept.
     pub fn read<D: Screw<f64>, T: Real>(
         &self,
         c: T,
         contacts: &FoundRows<R, T>,
-        solved: (&[T], Lanes),
+        (solution, kept): (&[T], Lanes),
         impulses: &mut Vec<ContactImpulse>,
         mut remember: impl FnMut(usize, Vector3<f64>),
     ) where
         R: Row<D, f64>,
     {
-        let (of_rows, lanes) = solved;
         for Frictional { of, slot, along, .. } in &self.found {
             let found = &contacts.all()[*of];
-            let impulse = of_rows[*slot].lane(found.lane);
+            let impulse = solution[*slot].lane(found.lane);
             remember(*of, along.first_direction().linear() * impulse / c.lane(found.lane));
-            if lanes[found.lane] && impulse != 0.0 {
-                let parts = along.parts().enumerate();
-                impulses.extend(parts.map(|(part, (_, w))| found.impulse(part, w.linear() * impulse)));
+            if kept[found.lane] {
+                found.collect(along, impulse, impulses);
             }
         }
     }

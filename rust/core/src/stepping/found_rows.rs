@@ -68,7 +68,7 @@ impl<R, T: Real> FoundRows<R, T> {
         self.most.fill(0);
     }
 
-    /// Adds the times at which the rows of a stage close, which have these impulses.
+    /// Adds the closing times of a stage's rows, given their impulses.
     #[inline(always)]
     pub fn add_closings<S: Screw<T>, L: Row<S, T>>(
         &self,
@@ -77,6 +77,7 @@ impl<R, T: Real> FoundRows<R, T> {
         closings: &mut Closings<T>,
     ) {
         let SolvedMotion { coefficient, elapsed, expected, twist } = motion;
+        debug_assert_eq!(rows.len(), self.touched.len());
         for (row, (impulse, touched)) in rows.iter().zip(impulses.iter().zip(&self.touched)) {
             let row = ClosingRow {
                 offset: row.offset(),
@@ -89,8 +90,8 @@ impl<R, T: Real> FoundRows<R, T> {
         }
     }
 
-    /// What the impulses of a solved stage of coefficient `c` say of the rows: their forces, which `remember` receives in
-    /// all lanes, and in those that are kept the impulses on the links, but for those that are zero.
+    /// Passes the forces of the rows in a solved stage of coefficient `c` to `remember`, in all lanes, and collects the
+    /// impulses on links in the lanes that are kept.
     pub fn read<D: Screw<f64>>(
         &self,
         c: T,
@@ -103,15 +104,22 @@ impl<R, T: Real> FoundRows<R, T> {
         for found in &self.found {
             let impulse = solution[found.slot].lane(found.lane);
             remember(found, impulse * (1.0 / c.lane(found.lane)));
-            if kept[found.lane] && impulse != 0.0 {
-                let parts = found.row.parts().enumerate();
-                impulses.extend(parts.map(|(part, (_, w))| found.impulse(part, w.linear() * impulse)));
+            if kept[found.lane] {
+                found.collect(&found.row, impulse, impulses);
             }
         }
     }
 }
 
 impl<R> FoundRow<R> {
+    /// Collects the impulses on links of an impulse along a row of this contact, unless it is zero.
+    pub fn collect<D: Screw<f64>>(&self, row: &impl Row<D, f64>, impulse: f64, impulses: &mut Vec<ContactImpulse>) {
+        if impulse != 0.0 {
+            let parts = row.parts().enumerate();
+            impulses.extend(parts.map(|(part, (_, w))| self.impulse(part, w.linear() * impulse)));
+        }
+    }
+
     /// An impulse of this contact on the first of its links or on the second, frame I \[N s\].
     pub fn impulse(&self, part: usize, impulse: Vector3<f64>) -> ContactImpulse {
         let ContactId { link: first, with, .. } = self.id;

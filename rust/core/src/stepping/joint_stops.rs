@@ -206,7 +206,7 @@ impl<T: Real> JointStops<T> {
         }
         self.has_forces |= !impulses.is_empty();
         let per_second = T::splat(1.0) / c;
-        let (clearance, never) = (T::splat(CLEARANCE) * per_second, T::splat(f64::INFINITY));
+        let clearance = T::splat(CLEARANCE) * per_second;
         let mut rows = self.stops.iter().zip(self.force.iter_mut().zip(&self.start_force)).enumerate();
         for (expected, rate) in rates {
             let Some((axis, (stop, (force, start_force)))) = rows.next() else { break };
@@ -224,8 +224,7 @@ impl<T: Real> JointStops<T> {
                     presses: T::zero().lt(impulse[side]),
                     touched: T::zero().lt(start_force[side]),
                 };
-                let (at, forecast) = row.times(c, elapsed, is_near);
-                closings.add((T::select(self.near, at, never), T::select(self.near, forecast, never)));
+                closings.add(row.times(c, elapsed, self.near & is_near));
             }
         }
     }

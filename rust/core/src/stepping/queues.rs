@@ -7,8 +7,9 @@ use super::plan::Part;
 pub struct Queues {
     second_order: Vec<usize>,
     euler: Vec<usize>,
-    /// Lists of the last round, whose memory is used again, and that of sorting.
+    /// Lists of the last round, whose memory is used again.
     spare: Round,
+    /// Solves above, number below, so that one comparison sorts; empty between rounds.
     keys: Vec<u64>,
 }
 
@@ -59,7 +60,7 @@ impl Queues {
             if count < queue.len() {
                 queue.sort_unstable_by(|&a, &b| position(b).0.total_cmp(&position(a).0).then(a.cmp(&b)));
             }
-            // By solves, since a register takes as long as its slowest lane, and by number.
+            // A register takes as long as its slowest lane.
             let key = |member: usize| u64::from(position(member).1) << 32 | member as u64;
             keys.extend(queue.drain(queue.len() - count..).map(key));
             keys.sort_unstable();

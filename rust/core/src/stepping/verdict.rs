@@ -18,9 +18,8 @@
 //! fallback is not begun either if it would spend more than what is left: where links are predicted to fly through each
 //! other, each of a thousand solves would take in hundreds of contacts.
 //!
-//! In 3D solvers stop at a [share](crate::spatial::STOPPING_SHARE) of the tolerance. In the plane stages within the
-//! tolerance of a solver are within that of the certificate, but for rare ones, and a solution of the fallback counts as
-//! solved up to [`crate::solver::residual_limit`].
+//! The solvers of a model may stop at a share of the tolerance, as those of 3D do. In the plane a solution of the fallback
+//! counts as solved up to [`crate::solver::residual_limit`].
 
 use crate::math::{Mask, Real};
 use crate::solver::{SolveStatus, is_unsolved};

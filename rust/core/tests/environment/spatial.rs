@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use snake_core::environment::rng::Rng;
 use snake_core::environment::*;
 use snake_core::gait::{CardanTarget, Reference};
-use snake_core::solver::RESIDUAL_LIMIT;
-use snake_core::spatial::joint_angle;
+use snake_core::spatial::{Spatial, joint_angle};
+use snake_core::stepping::Model;
 
 const MODES: [ActionMode; 5] =
     [ActionMode::Gait, ActionMode::Joints, ActionMode::Residual, ActionMode::Velocities, ActionMode::Torques];
@@ -166,8 +166,8 @@ fn ten_thousand_random_steps_stay_finite_and_count_every_miss() {
 
 const RANDOM_STEPS: u32 = 10_000;
 
-/// What the judge lets pass with the default tolerance of the velocities \[m/s\].
-const CERTIFIED: f64 = RESIDUAL_LIMIT * 1e-6;
+/// What the judge lets pass by default \[m/s\].
+const CERTIFIED: f64 = Spatial::ACCURACY.tolerance;
 
 #[test]
 fn starts_rest_on_the_ground_clear_of_pegs_and_on_their_references() {

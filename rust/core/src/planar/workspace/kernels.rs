@@ -127,6 +127,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
                 self.result.stage_energy.friction += spring.work_of_damper(self.stage.coefficient, u);
             }
         }
+        self.closings.begin_stage();
         self.find_closings();
         self.store_forces(lanes);
         self.measure_deviation();
@@ -339,7 +340,6 @@ impl<T: Real> Workspace<T> {
     #[inline(always)]
     fn find_closings(&mut self) {
         let Self { contacts, self_contacts, closings, stage, solution, motion, .. } = self;
-        closings.begin_stage();
         let (coefficient, elapsed) = (stage.coefficient, motion.elapsed);
         let motion = SolvedMotion { coefficient, elapsed, expected: &motion.guess, twist: &solution.twist };
         contacts.rows.add_closings((&stage.contacts, &solution.contact), &motion, closings);

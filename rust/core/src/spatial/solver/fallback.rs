@@ -8,7 +8,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::rows::{demanded_speed, relax};
 use crate::solver::{CoupledStage, EXACT, STRAIN, SolveStatus, greatest_impulse};
 use crate::spatial::rest::{RestCandidate, bound, fastest};
-use crate::spatial::{STOPPING_SHARE, Stage, StageLink, StageSolution, Twist, certify};
+use crate::spatial::{Stage, StageLink, StageSolution, Twist, certify, stopping};
 
 use super::lagged::Lag;
 use super::{CoulombNewton, Newton};
@@ -107,7 +107,7 @@ impl Fallback {
         calm.copy_from(solution);
         start_from_free_motion(stage, calm);
         let is_enough = |solution: &StageSolution| certified(relaxed, solution) <= tolerance;
-        let stopping = STOPPING_SHARE * tolerance;
+        let stopping = stopping(tolerance);
         let solves = attempt.coulomb.lag(relaxed, calm, stopping, MOST_TO_END, Lag::Follows, is_enough);
         let [before, after] = [&*solution, calm].map(|solution| certified(stage, solution));
         if after < before || before.is_infinite() {
@@ -153,7 +153,7 @@ impl Fallback {
 /// took.
 type Method = fn(&mut Attempt, &Stage, f64, u32) -> u32;
 
-/// Methods, with the residual over that tolerance that is enough.
+/// Methods, with the residual over that tolerance that is enough: the fallback is as accurate as the lanes.
 const METHODS: [(Method, f64); 5] = [
     (Attempt::at_rest, ENOUGH),
     (Attempt::near_the_lanes, ENOUGH),
@@ -176,7 +176,7 @@ impl Attempt {
         tolerance: f64,
         most: u32,
     ) -> (u32, bool) {
-        let stopping = STOPPING_SHARE * tolerance;
+        let stopping = stopping(tolerance);
         self.best.copy_from(solution);
         (self.residual, self.stands) = (certified(stage, solution), false);
         let (mut solves, mut is_done) = (0, false);
@@ -206,12 +206,12 @@ impl Attempt {
 
     /// Friction that does not lag at all, whose solution is rest where the contacts can hold the robot: the robot stands
     /// once it is held within the [bound](rest::bound) that keeps it at rest from then on.
-    fn at_rest(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
+    fn at_rest(&mut self, stage: &Stage, stopping: f64, most: u32) -> u32 {
         let Self { coulomb, trial, best, residual, stands, rest, .. } = self;
         if residual.is_infinite() || fastest(stage, best) > SLOW {
             return 0;
         }
-        let (bound, mut left) = (bound(stage, tolerance), f64::INFINITY);
+        let (bound, mut left) = (bound(stage, stopping), f64::INFINITY);
         let solves = coulomb.lag(stage, trial, bound, most, Lag::None, |solution| {
             let before = std::mem::replace(&mut left, rest.residual(stage, solution));
             left <= bound || left > GAIN * before
@@ -226,33 +226,33 @@ impl Attempt {
     }
 
     /// Newton's method on the coupled problem from what the lanes left.
-    fn near_the_lanes(&mut self, stage: &Stage, tolerance: f64, _: u32) -> u32 {
-        self.coulomb.solve(stage, &mut self.trial, tolerance).0
+    fn near_the_lanes(&mut self, stage: &Stage, stopping: f64, _: u32) -> u32 {
+        self.coulomb.solve(stage, &mut self.trial, stopping).0
     }
 
     /// Convex problems with friction that lags, from what is best so far.
-    fn by_convex_problems(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
+    fn by_convex_problems(&mut self, stage: &Stage, stopping: f64, most: u32) -> u32 {
         let Self { coulomb, trial, best, residual: least, .. } = self;
-        coulomb.lag(stage, trial, tolerance, most, Lag::Follows, |solution| {
+        coulomb.lag(stage, trial, stopping, most, Lag::Follows, |solution| {
             let reached = certified(stage, solution);
             if reached < *least {
                 *least = reached;
                 best.copy_from(solution);
             }
-            *least <= ENOUGH * tolerance
+            *least <= ENOUGH * stopping
         })
     }
 
     /// The same along the path of solutions from soft contacts.
-    fn by_continuation(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
+    fn by_continuation(&mut self, stage: &Stage, stopping: f64, most: u32) -> u32 {
         start_from_free_motion(stage, &mut self.trial);
-        self.coulomb.continuation(stage, &mut self.trial, tolerance, most).0
+        self.coulomb.continuation(stage, &mut self.trial, stopping, most).0
     }
 
     /// The lanes' method from free motion, radii moving only when the convex problem is solved.
-    fn strictly(&mut self, stage: &Stage, tolerance: f64, most: u32) -> u32 {
+    fn strictly(&mut self, stage: &Stage, stopping: f64, most: u32) -> u32 {
         start_from_free_motion(stage, &mut self.trial);
-        self.strict.solve_one(stage, &mut self.trial, tolerance, most.min(MAX_ITERATIONS)).iterations as u32
+        self.strict.solve_one(stage, &mut self.trial, stopping, most.min(MAX_ITERATIONS)).iterations as u32
     }
 }
 

@@ -103,13 +103,13 @@ impl<T: Real> GroundTerm<T> {
 }
 
 impl<T: Real> LinkTerm<T> {
-    /// A link before [`Self::begin`].
-    pub fn unplaced(laws: &GroundLaws<T>) -> Self {
+    /// Room for a link.
+    pub fn vacant() -> Self {
         let (zero, none) = (T::zero(), Vector2::new(T::zero(), T::zero()));
-        let friction = FrictionTerm::new(&laws.rolling, zero, &none);
+        let friction = FrictionTerm::new(&FrictionLaw::new(none, zero), zero, &none);
         let end = GroundTerm { share: zero, normal: ContactTerm::new(zero, zero, zero), friction };
         Self {
-            segment: Segment::unplaced(),
+            segment: Segment::vacant(),
             axis: zero_vector(),
             momentum: Momentum::zero(),
             mass: zero,
@@ -129,8 +129,8 @@ impl<T: Real> LinkTerm<T> {
         }
     }
 
-    /// Begins a stage at a twist, moving at these rates about the joint before the link. In place: the link is larger than what
-    /// registers hold.
+    /// Begins a stage at a twist, moving at these rates about the joint before the link. In place: returned by value, a link
+    /// is copied through memory.
     #[inline(always)]
     pub fn begin(
         &mut self,

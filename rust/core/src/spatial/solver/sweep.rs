@@ -237,8 +237,8 @@ impl<T: Real> Elimination<T> {
 }
 
 impl<T: Real> Segment<T> {
-    /// A link that has no place yet.
-    pub fn unplaced() -> Self {
+    /// Room for a link.
+    pub fn vacant() -> Self {
         let none = Elimination { row: SpatialVector::zero(), constant: T::zero(), inverse: T::zero() };
         Self { only: None, shift: zero_vector(), hinge: [Twist::zero(); 2], elimination: [none; 2] }
     }

@@ -9,7 +9,7 @@ use crate::spatial::{Stage, StageSolution, hinge_directions};
 
 use super::link_term::{GroundLaws, LinkTerm};
 use super::newton::Newton;
-use super::sweep::{Quadratic, Segment};
+use super::sweep::Quadratic;
 use super::terms::{ObstacleTerm, StopTerm};
 
 impl<T: Real> Newton<T> {
@@ -28,9 +28,7 @@ impl<T: Real> Newton<T> {
         }
         let penalty = T::splat(PENALTY / chain as f64) * total;
         self.laws = GroundLaws::new(&stage.friction, penalty);
-        if self.links.len() != stage.links.len() {
-            self.links.resize(stage.links.len(), LinkTerm::unplaced(&self.laws));
-        }
+        self.links.resize_with(stage.links.len(), LinkTerm::vacant);
         for i in 0..chain {
             self.begin_link(stage, solution, i);
         }
@@ -39,9 +37,7 @@ impl<T: Real> Newton<T> {
         for (k, (axes, impulse)) in stage.surfaces.iter().zip(&solution.surface).enumerate() {
             self.surfaces.push(SurfaceTerm::new(*axes, impulse, penalty));
             let motion = (solution.twist[chain + k], [T::zero(); 2], [ActuatorTerm::none(); 2]);
-            let link = &mut self.links[chain + k];
-            link.segment = Segment::unplaced();
-            link.begin(stage, solution, chain + k, &self.laws, motion);
+            self.links[chain + k].begin(stage, solution, chain + k, &self.laws, motion);
         }
         if let Some(skin) = self.laws.skin {
             for (link, impulses) in self.links.iter_mut().zip(&solution.friction) {

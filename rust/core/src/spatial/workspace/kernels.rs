@@ -7,7 +7,7 @@ use crate::math::{Mask, Real, select_into};
 use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
 use crate::spatial::spatial_vector::scaled;
-use crate::spatial::{Frame, STOPPING_SHARE, StageDrive, StageLink, StageSolution, Twist, certify};
+use crate::spatial::{Frame, StageDrive, StageLink, StageSolution, Twist, certify, stopping};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{ClosingRow, MovedAxis, SolvedMotion, SolvedStage, StageKernels};
 
@@ -108,9 +108,9 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         let angles = self.motion.start.angle.iter().flatten().zip(self.motion.base.angle.iter().flatten());
         let angles = angles.map(|(start, base)| (*start, *base));
         self.joint_stops.fill(angles, c, self.motion.elapsed, &mut self.stage.stops, &mut self.solution.stop);
-        let least = STOPPING_SHARE * tolerance;
-        let stands = self.rest.holds(lanes & self.began_at_rest, &self.stage, &self.solution, least);
-        let mut outcome = self.newton.solve(&self.stage, &mut self.solution, least, max_iterations, lanes & !stands);
+        let stopping = stopping(tolerance);
+        let stands = self.rest.holds(lanes & self.began_at_rest, &self.stage, &self.solution, stopping);
+        let mut outcome = self.newton.solve(&self.stage, &mut self.solution, stopping, max_iterations, lanes & !stands);
         outcome.converged = outcome.converged | stands;
         self.rest.write(stands, &mut self.solution);
         let mut residual = certify(&self.stage, &self.solution).residual();
@@ -129,6 +129,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     /// What follows from the solution: forces in the given lanes, work and deviation.
     #[inline(always)]
     fn evaluate(&mut self, lanes: T::Mask) {
+        self.closings.begin_stage();
         let per_second = T::splat(1.0) / self.stage.coefficient;
         let GroundForces { normal, friction, rolling } = &mut self.forces;
         for (i, impulse) in self.solution.normal.iter().enumerate() {
@@ -145,7 +146,6 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.joint_stops.arrive(self.bend(&self.solution.rate));
         let rates = self.motion.guess.rate.iter().flatten().zip(self.solution.rate.iter().flatten());
         let rates = rates.map(|(expected, rate)| (*expected, *rate));
-        self.closings.begin_stage();
         let times = [self.stage.coefficient, self.motion.elapsed];
         self.joint_stops.store(&self.solution.stop, rates, times, lanes, &mut self.closings);
         self.result.energy = work_of(&self.stage, &self.solution);
@@ -239,22 +239,22 @@ impl<T: Real> Workspace<T> {
     /// When contacts close, and when spheres touch down.
     #[inline(always)]
     fn find_closings(&mut self) {
-        let Self { contacts, self_contacts, closings, stage, solution, motion, .. } = self;
-        let (coefficient, elapsed) = (stage.coefficient, motion.elapsed);
+        let Self { contacts, self_contacts, closings, stage, solution, motion, stood, .. } = self;
+        let (coefficient, elapsed, links) = (stage.coefficient, motion.elapsed, motion.frames.len());
         let motion = SolvedMotion { coefficient, elapsed, expected: &motion.expected, twist: &solution.twist };
         contacts.rows.add_closings((&stage.contacts, &solution.contact), &motion, closings);
         self_contacts.rows.add_closings((&stage.pairs, &solution.pair), &motion, closings);
-        for (i, link) in self.stage.links[..self.motion.frames.len()].iter().enumerate() {
-            for end in 0..2 {
+        for ((i, link), stood) in stage.links[..links].iter().enumerate().zip(stood) {
+            for (end, stood) in stood.iter().enumerate() {
                 let arm = link.ground_arm(end);
                 let row = ClosingRow {
                     offset: link.ground[end],
-                    expected_rate: self.motion.expected[i].velocity_at(&arm).z,
-                    rate: self.solution.twist[i].velocity_at(&arm).z,
-                    presses: T::zero().lt(self.solution.normal[i][end]),
-                    touched: self.stood[i][end],
+                    expected_rate: motion.expected[i].velocity_at(&arm).z,
+                    rate: motion.twist[i].velocity_at(&arm).z,
+                    presses: T::zero().lt(solution.normal[i][end]),
+                    touched: *stood,
                 };
-                self.closings.add(row.times(self.stage.coefficient, self.motion.elapsed, T::Mask::of(|_| true)));
+                closings.add(row.times(coefficient, elapsed, T::Mask::of(|_| true)));
             }
         }
     }

@@ -132,7 +132,7 @@ impl<T: Real> Workspace<T> {
             shares: FrictionShares::new(2 * links, system.stribeck.speed, &system.patches),
             stood: vec![[T::Mask::of(|_| false); 2]; links],
             began_at_rest: T::Mask::of(|_| false),
-            contacts: ObstacleContacts::with_capacity(nodes, T::LANES),
+            contacts: ObstacleContacts::with_capacity(nodes),
             self_contacts: SelfContactDetection::new(&system.robot, movables),
             known: std::array::from_fn(|_| ContactMemory::with_capacity(8 * nodes)),
             supports: std::array::from_fn(|_| Vec::with_capacity(2 * links)),
