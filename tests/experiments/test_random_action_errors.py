@@ -24,7 +24,7 @@ def test_finer_precisions_err_less_and_cost_more(capsys: pytest.CaptureFixture[s
 def test_work_at_the_default_precision_has_no_bias(task: str) -> None:
     """Over a second of random actions: 2 % at most, where Euler parts of 6 ms take a sixth of the work of a field."""
     args = Options(num_envs=48)
-    reference = random_action_errors.simulate(task, "joints", args, integrator=random_action_errors.REFERENCE)
+    reference = random_action_errors.finely(task, "joints", args)
     run = random_action_errors.simulate(task, "joints", args)
     both = ~(run.ended | reference.ended)
     assert abs(run.work[both].sum() / reference.work[both].sum() - 1.0) < 0.02

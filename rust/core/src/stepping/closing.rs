@@ -20,8 +20,6 @@ pub struct Closing {
 }
 
 impl Closing {
-    const NONE: Self = Self { at: f64::INFINITY, forecast: f64::INFINITY, crossing: f64::INFINITY };
-
     /// Whether a contact closes in the part that did not touch before.
     pub fn is_fresh(&self) -> bool {
         self.at < f64::INFINITY
@@ -30,7 +28,7 @@ impl Closing {
 
 impl Default for Closing {
     fn default() -> Self {
-        Self::NONE
+        Self { at: f64::INFINITY, forecast: f64::INFINITY, crossing: f64::INFINITY }
     }
 }
 
@@ -81,6 +79,7 @@ pub struct Closings<T> {
 }
 
 impl<T: Real> Closings<T> {
+    #[inline(always)]
     pub fn none() -> Self {
         let never = T::splat(f64::INFINITY);
         Self { at: never, forecast: never, crossing: never, stage_at: never, stage_forecast: never }

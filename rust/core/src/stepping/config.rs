@@ -56,7 +56,8 @@ pub struct ImplicitConfig {
     pub method: ImplicitMethod,
     /// Largest step \[s\]; a run divides its sampling interval into equal steps no longer than this.
     pub step: Option<f64>,
-    /// Largest certified residual of a solved stage \[m/s\] (T 3.81 != D11), see [`super::verdict`]; of a smooth plant of the minimal model, relative.
+    /// Largest certified residual of a solved stage \[m/s\] (T 3.81 != D11), see [`super::verdict`]; of a smooth plant of
+    /// the minimal model, relative.
     pub tolerance: Option<f64>,
     /// Iterations after which a stage is given up and counts as unconverged (T Remark 3.1).
     pub max_iterations: u32,
