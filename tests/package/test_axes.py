@@ -294,10 +294,9 @@ def test_a_robot_that_is_symmetric_fore_and_aft_does_not_drift():
 
 def test_a_robot_without_pitch_rocks_when_it_has_been_straight():
     """Nothing keeps a straight robot from rolling, and bent it stands on three or four spheres."""
-    (drift, run), (mirrored, _) = (bend(Robot(links=3, axes="yaw"), amplitude) for amplitude in (0.38, -0.38))
-    lifted = 1e3 * (run.position[:, :, 2].max() - run.robot.radius)
-    print(f"a CG {lifted:.1f} mm higher, {drift[0]} mm in the first period")
-    assert lifted > 0.5
-    np.testing.assert_allclose(mirrored[0], drift[0] * [1.0, -1.0], atol=1e-3)
-    # An arc of 0.4 rad lands between two equilibria, where errors of the solver decide.
-    np.testing.assert_allclose(drift[0], [0.02, -0.90], atol=0.01)
+    run, mirrored = (bend(Robot(links=3, axes="yaw"), amplitude)[1] for amplitude in (0.38, -0.38))
+    lifted = [1e3 * (of.position[:, :, 2].max() - of.robot.radius) for of in (run, mirrored)]
+    print(f"a CG {lifted[0]:.1f} mm higher")
+    np.testing.assert_allclose(lifted, 1.0, atol=0.3)
+    # At half the period it is straight again, and errors of the solver decide how it rolls on.
+    np.testing.assert_allclose(mirrored.position[:20], run.position[:20] * [1.0, -1.0, 1.0], atol=1e-8)

@@ -76,15 +76,15 @@ def test_in_3d_a_policy_passes_fields_faster_than_heading_control():
 @pytest.mark.parametrize("name", ["spatial", "spatial-field"])
 def test_in_3d_a_policy_does_not_throw_itself(name):
     policy = snake_env.load_policy(name)
-    envs = policy.make_vec(4, num_threads=1)
-    observation, _ = envs.reset(seed=seeds.held_out(4))
+    envs = policy.make_vec(32, num_threads=1)
+    observation, _ = envs.reset(seed=seeds.held_out(32))
     carried, highest = [], 0.0
     for _ in range(100):
         observation, _, _, _, info = envs.step(policy(observation))
         carried.append(info["grounded"])
         highest = max(highest, envs.unwrapped.state().link_position[..., 2].max())
         assert not (info["diverged"] | info["penetrated"]).any()
-    # Of 400 moments 5 are leaps, at every precision.
+    # Of 3,200 moments of `spatial` 25 to 35 are leaps, at every precision.
     assert np.mean(np.array(carried) > 0) > 0.985
     assert highest < 0.2
     envs.close()

@@ -178,11 +178,6 @@ impl ObstacleGrid {
         self.body(obstacle).map_or(Some(of_obstacle), |body| body.coefficient(feature, of_obstacle))
     }
 
-    /// Whether some obstacle with a top face, or a field, may lie within `distance` of a point, seen from above.
-    pub fn may_have_top(&self, point: &Vector2<f64>, distance: f64) -> bool {
-        self.tops.distance(point) <= distance
-    }
-
     /// Height of an obstacle, infinite without end \[m\].
     pub fn top(&self, obstacle: usize) -> f64 {
         self.height.get(obstacle).copied().unwrap_or(f64::INFINITY)
@@ -201,16 +196,14 @@ impl ObstacleGrid {
         Some(Solid { outline, height })
     }
 
-    /// Whether a top face or a field may lie within `distance` of a point, seen from above.
-    pub fn has_top_near(&self, point: &Vector2<f64>, distance: f64) -> bool {
-        let mut has_top = self.fields().any(|(rectangle, _)| rectangle.distance(point) <= distance);
-        self.visit_solids(point, distance, |_, _| has_top = true);
-        has_top
+    /// Whether an obstacle has a top face, or is a field.
+    pub fn has_top(&self, obstacle: usize) -> bool {
+        self.top(obstacle) < f64::INFINITY || self.body(obstacle).is_some_and(|body| body.height_field().is_some())
     }
 
     /// Calls `visit` with every obstacle of finite height that may lie within `distance` of a point, seen from above.
     pub fn visit_solids(&self, point: &Vector2<f64>, distance: f64, mut visit: impl FnMut(usize, Solid)) {
-        if !self.height.is_empty() && self.may_have_top(point, distance) {
+        if !self.height.is_empty() && self.tops.distance(point) <= distance {
             self.visit_obstacles(point, distance, |obstacle| {
                 self.solid(obstacle).into_iter().for_each(|solid| visit(obstacle, solid));
             });
@@ -225,6 +218,15 @@ impl ObstacleGrid {
             if rectangle.distance(point) <= distance {
                 visit(self.bodies_from() + number);
             }
+        }
+    }
+
+    /// Whether [`Self::visit_obstacles`] calls an obstacle within `distance` of a point.
+    pub fn is_within(&self, obstacle: usize, point: &Vector2<f64>, distance: f64) -> bool {
+        match (self.pegs.get(obstacle), obstacle.checked_sub(self.bodies_from())) {
+            (Some(peg), _) => is_peg_within(peg, point, distance),
+            (None, Some(body)) => self.bodies[body].0.distance(point) <= distance,
+            (None, None) => self.walls.walls()[obstacle - self.pegs.len()].rectangle.distance(point) <= distance,
         }
     }
 
@@ -309,11 +311,7 @@ impl ObstacleGrid {
 
     /// The pegs whose rim lies within `distance` of `(x, y)`, by number.
     pub fn near(&self, x: f64, y: f64, distance: f64) -> impl Iterator<Item = usize> {
-        let is_near = move |&peg: &usize| {
-            let Peg { radius, x: peg_x, y: peg_y } = self.pegs[peg];
-            let (dx, dy, reach) = (peg_x - x, peg_y - y, distance + radius);
-            dx * dx + dy * dy <= reach * reach
-        };
+        let is_near = move |&peg: &usize| is_peg_within(&self.pegs[peg], &Vector2::new(x, y), distance);
         self.cells_near(x, y, distance).flatten().map(|&peg| peg as usize).filter(is_near)
     }
 
@@ -388,6 +386,12 @@ impl ObstacleGrid {
         let last = (index(high) + 1.0).clamp(0.0, count as f64) as usize;
         (first.min(last), last)
     }
+}
+
+/// Whether a peg's rim lies within `distance` of a point.
+fn is_peg_within(peg: &Peg, point: &Vector2<f64>, distance: f64) -> bool {
+    let (dx, dy, reach) = (peg.x - point.x, peg.y - point.y, distance + peg.radius);
+    dx * dx + dy * dy <= reach * reach
 }
 
 /// Smallest cell \[m\].

@@ -32,10 +32,9 @@ impl Model for Planar {
     type Workspace<T: Real> = Workspace<T>;
 
     const ACCURACY: Accuracy = Accuracy { step: 0.025, tolerance: 1e-4, step_tolerance: 4e-4, impact_step: 1.5e-3 };
-    const SORTED_BY_STAGE: bool = true;
 
-    fn group(config: &ImplicitConfig, system: &PlanarSystem, robots: usize) -> Box<dyn AnyGroup<Self>> {
-        group_for(config, system, robots)
+    fn group(config: &ImplicitConfig, system: &PlanarSystem, lanes: usize) -> Box<dyn AnyGroup<Self>> {
+        group_for(config, system, lanes)
     }
 
     fn robot(system: &PlanarSystem) -> &Robot {

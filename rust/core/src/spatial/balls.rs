@@ -42,7 +42,11 @@ pub(crate) fn ball_gap(movable: &Movable, centre: &Vector3<f64>, obstacles: &Obs
 pub(super) fn sinking_of_ball(link: &Link, obstacles: &ObstacleGrid, centres: [Vector3<f64>; 2]) -> Sinking {
     let [start, end] = centres.map(|centre| centre.z - link.radius - floor(&centre, obstacles));
     let into_floor = if end < -ALLOWED { Sinking::of(start, end) } else { Sinking::No };
-    into_floor.max(sinking_into(obstacles, link, &centres.map(|centre| LinkAxis::at(&centre))))
+    let (at, mut sinking) = (centres.map(|centre| LinkAxis::at(&centre)), into_floor);
+    obstacles.visit_obstacles(&centres[1].xy(), link.reach() + (centres[1] - centres[0]).norm(), |obstacle| {
+        sinking = sinking.max(sinking_into(obstacles, obstacle, link, &at));
+    });
+    sinking
 }
 
 impl<T: Real> NodesInStage<'_, T> {

@@ -16,6 +16,8 @@ use crate::spatial::{
 use crate::stepping::WarmStart;
 use crate::stepping::start::is_following;
 
+use super::near_pairs::NearPairs;
+
 /// What a step passes to the next one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChainState {
@@ -28,6 +30,8 @@ pub struct ChainState {
     /// Velocity with which a postponed stage is solved again, if there is one.
     pub guess: ChainVelocity,
     pub is_postponed: bool,
+    /// Made anew in every interval.
+    pub near: NearPairs,
     frames: Vec<Frame>,
 }
 
@@ -84,7 +88,8 @@ impl ChainState {
     /// `mass` times those of `robot`; and what can be pushed.
     pub fn read(&mut self, robot: &Robot, mass: f64, state: &SpatialState) {
         let (pose, twist) = (&state.pose, &state.twist);
-        let Self { configuration, velocity, momentum, last, guess, .. } = self;
+        let Self { configuration, velocity, momentum, last, guess, near, .. } = self;
+        near.clear();
         configuration.moved.clear();
         configuration.moved.extend(state.movables.iter().map(|moved| place_and_twist(moved)[0]));
         velocity.moved.clear();
@@ -204,6 +209,7 @@ impl WarmStart for ChainState {
             },
             guess: ChainVelocity::rest(links),
             is_postponed: false,
+            near: NearPairs::new(links),
             frames: vec![Frame::origin(); links],
         }
     }

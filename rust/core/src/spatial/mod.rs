@@ -26,6 +26,7 @@ mod lane_fallback;
 mod lanes;
 mod model;
 mod movables;
+mod near_pairs;
 mod nodes;
 mod obstacle_contacts;
 mod penetration;

@@ -41,10 +41,9 @@ impl Model for Spatial {
 
     // Links touch down all the time: impacts count for more than in the plane.
     const ACCURACY: Accuracy = Accuracy { step: 0.025, tolerance: 1e-5, step_tolerance: 1.5e-4, impact_step: 4e-4 };
-    const SORTED_BY_STAGE: bool = false;
 
-    fn group(config: &ImplicitConfig, system: &SpatialSystem, robots: usize) -> Box<dyn AnyGroup<Self>> {
-        group_for(config, system, robots)
+    fn group(config: &ImplicitConfig, system: &SpatialSystem, lanes: usize) -> Box<dyn AnyGroup<Self>> {
+        group_for(config, system, lanes)
     }
 
     fn robot(system: &SpatialSystem) -> &Robot {

@@ -10,6 +10,7 @@ use crate::robot::Link;
 use crate::stepping::lanes::Lanes;
 use crate::stepping::{ContactImpulse, FoundRow, FoundRows};
 
+use super::near_pairs::NearPairs;
 use super::stage::CONTACTS_PER_LINK;
 use super::workspace::{StageKinematics, Workspace};
 use super::{
@@ -141,48 +142,38 @@ pub fn friction_of<T: Real>(stage: &Stage<T>, solution: &StageSolution<T>, slot:
 }
 
 impl<T: Real> Workspace<T> {
-    /// Finds the contacts of a lane's robot with obstacles.
-    pub(super) fn find_obstacle_contacts(&mut self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) {
+    /// Finds the contacts of a lane's robot with obstacles that are near.
+    pub(super) fn find_obstacle_contacts(
+        &mut self,
+        lane: usize,
+        links: &[Link],
+        near: &NearPairs,
+        obstacles: &ObstacleGrid,
+    ) {
         let Self { contacts, known, motion, stage, .. } = self;
         let [coefficient, elapsed] = [stage.coefficient, motion.elapsed].map(|time| time.lane(lane));
         let of_ground = stage.friction.sliding.map(|coefficient| coefficient.lane(lane));
-        for (i, link) in links.iter().enumerate() {
+        for (i, near) in near.by_link() {
             let [start, end] = [&motion.start_frames[i], &motion.frames[i]].map(|frame| frame.position.lane(lane));
+            let distance = links[i].reach() + (end - start).norm() + MARGIN;
             // All else about the link is gathered only where an obstacle is near.
             let mut in_stage = None;
-            obstacles.visit_obstacles(&end.xy(), link.reach() + (end - start).norm() + MARGIN, |obstacle| {
+            for obstacle in near.filter(|&obstacle| obstacles.is_within(obstacle, &end.xy(), distance)) {
                 let link = in_stage.get_or_insert_with(|| LinkInStage {
                     at: motion.of_link(links, i, lane),
                     coefficient,
                     elapsed,
                 });
                 contacts.find((lane, [i, i], link), (obstacles, obstacle), (&known[lane], &of_ground));
-            });
+            }
         }
     }
 
-    /// Whether some link of a lane's robot may touch an obstacle at the start of the step, at its predicted end, or between:
-    /// one look for the whole robot. No link moves farther than the middle one and both its distances from it.
-    pub(super) fn may_reach(&self, lane: usize, obstacles: &ObstacleGrid) -> bool {
-        if obstacles.is_empty() {
-            return false;
-        }
-        let (middle, reach) = self.reach_of(lane);
-        !obstacles.is_clear(middle.x, middle.y, reach)
-    }
-
-    /// The same for obstacles with a top face.
-    pub(super) fn may_reach_tops(&self, lane: usize, obstacles: &ObstacleGrid) -> bool {
-        let (middle, reach) = self.reach_of(lane);
-        obstacles.may_have_top(&middle, reach)
-    }
-
-    /// A circle that no link of a lane's robot leaves, seen from above: its centre, and its radius \[m\].
-    fn reach_of(&self, lane: usize) -> (Vector2<f64>, f64) {
-        let middle = self.motion.frames.len() / 2;
-        let [start, end] =
-            [&self.motion.start_frames, &self.motion.frames].map(|frames| frames[middle].position.lane(lane));
-        (end.xy(), 3.0 * self.motion.extent + (end - start).norm() + MARGIN)
+    /// Lists the obstacles that links of a lane's robot may touch at the start of the step, at its end, or between.
+    pub(super) fn list_near(&self, lane: usize, links: &[Link], near: &mut NearPairs, obstacles: &ObstacleGrid) {
+        let places = self.motion.start_frames.iter().map(|frame| frame.position.lane(lane).xy());
+        let reaches = links.iter().map(Link::reach);
+        near.cover(self.motion.way.lane(lane) + MARGIN, places.zip(reaches), obstacles);
     }
 }
 

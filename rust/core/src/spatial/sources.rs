@@ -5,14 +5,15 @@ use crate::math::Real;
 use crate::obstacles::ObstacleGrid;
 use crate::stepping::Members;
 use crate::stepping::lanes::{Lanes, active};
+use crate::stepping::penetration::Sinking;
 
-use super::Spatial;
 use super::obstacle_contacts::MARGIN;
 use super::workspace::Workspace;
+use super::{Spatial, SpatialBody};
 
 impl<T: Real> Workspace<T> {
     /// Finds the contacts of the `pending` lanes at their predicted ends.
-    pub(super) fn find_rows(&mut self, members: &Members<Spatial>, pending: Lanes) {
+    pub(super) fn find_rows(&mut self, members: &mut Members<Spatial>, pending: Lanes) {
         self.contacts.clear();
         active(pending).for_each(|lane| self.supports[lane].clear());
         let links = &members.system.robot.links;
@@ -20,12 +21,12 @@ impl<T: Real> Workspace<T> {
             self.wake(members.system, lane, members.body(lane), MARGIN, false);
         }
         for lane in active(pending) {
-            let obstacles: &ObstacleGrid = &members.body(lane).obstacles;
-            if self.may_reach(lane, obstacles) {
-                self.find_obstacle_contacts(lane, links, obstacles);
-                if self.may_reach_tops(lane, obstacles) {
-                    self.find_supports(lane, links, obstacles);
-                }
+            let SpatialBody { obstacles, warm_start, .. } = members.body_mut(lane);
+            let (obstacles, near): (&ObstacleGrid, _) = (obstacles, &mut warm_start.near);
+            if !obstacles.is_empty() {
+                self.list_near(lane, links, near, obstacles);
+                self.find_obstacle_contacts(lane, links, near, obstacles);
+                self.find_supports(lane, links, near, obstacles);
             }
             self.find_movable_contacts(lane, links, obstacles);
         }
@@ -40,10 +41,15 @@ impl<T: Real> Workspace<T> {
     }
 
     /// Examines the ends of the members' steps.
-    pub(super) fn measure_sinking(&mut self, members: &Members<Spatial>, lanes: Lanes) {
+    pub(super) fn measure_sinking(&mut self, members: &mut Members<Spatial>, lanes: Lanes) {
         let links = &members.system.robot.links;
         for lane in active(lanes) {
-            let mut sinking = self.sinking_into_obstacles(lane, links, &members.body(lane).obstacles);
+            let mut sinking = Sinking::No;
+            let SpatialBody { obstacles, warm_start, .. } = members.body_mut(lane);
+            if !obstacles.is_empty() {
+                self.list_near(lane, links, &mut warm_start.near, obstacles);
+                sinking = self.sinking_into_obstacles(lane, links, &warm_start.near, obstacles);
+            }
             if self.self_contacts.may_overlap(lane, self.result.deviation.lane(lane)) {
                 let (start, end) = (&self.motion.start_frames, &self.motion.frames);
                 sinking = sinking.max(self.self_contacts.sinking(links, start, end, lane));

@@ -6,6 +6,7 @@ use crate::math::{Laned, Real};
 use crate::obstacles::ObstacleGrid;
 use crate::robot::{Link, Robot};
 
+use super::near_pairs::NearPairs;
 use super::workspace::{Workspace, opening};
 use super::{End, LinkAxis, Pose, Twist, obstacle_gap, rest_on_ground, solid_line};
 
@@ -22,11 +23,12 @@ pub struct Support {
 
 impl<T: Real> Workspace<T> {
     /// Sets the ground below the spheres of a lane's robot that are above a top face at their predicted ends.
-    pub(super) fn find_supports(&mut self, lane: usize, links: &[Link], obstacles: &ObstacleGrid) {
+    pub(super) fn find_supports(&mut self, lane: usize, links: &[Link], near: &NearPairs, obstacles: &ObstacleGrid) {
         let [c, elapsed] = [self.stage.coefficient, self.motion.elapsed].map(|time| time.lane(lane));
-        for (i, link) in links.iter().enumerate() {
-            let from_above = self.motion.frames[i].position.lane(lane).xy();
-            if !obstacles.has_top_near(&from_above, link.reach()) {
+        for (i, mut near) in near.by_link() {
+            let (link, from_above) = (&links[i], self.motion.frames[i].position.lane(lane).xy());
+            let carries = |o: usize| obstacles.has_top(o) && obstacles.is_within(o, &from_above, link.reach());
+            if !near.any(carries) {
                 continue;
             }
             let [start, end] = [&self.motion.start_frames[i], &self.motion.frames[i]].map(|frame| frame.axis_of(lane));

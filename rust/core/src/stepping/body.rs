@@ -46,7 +46,7 @@ pub struct Body<M: Model> {
     pub record: Option<Box<Record>>,
     /// States at the ends of the parts of steps since [`Self::begin`], if they are kept.
     pub path: Option<Vec<StateOf<M>>>,
-    /// Linear solves of the last stage or step, see [`Model::SORTED_BY_STAGE`].
+    /// Linear solves of the last stage.
     pub(super) solves: u32,
     /// Cost of all parts of the present step in linear solves, the retaken ones included; see [`super::verdict`].
     pub(super) step_solves: u32,

@@ -2,15 +2,15 @@
 
 use std::fmt::{self, Debug, Formatter};
 
-use crate::math::Real;
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use crate::math::Wide4;
 #[cfg(target_arch = "x86_64")]
 use crate::math::Wide8;
+use crate::math::{MAX_LANES, Real};
 
 use super::body::Driven;
-use super::group::{Group, Verdicts};
-use super::lane_count::lanes_for;
+use super::group::{AnyGroup, Group, Parts, Verdicts};
+use super::lane_count::lanes_of_registers;
 use super::lanes::Members;
 use super::model::Model;
 use super::plan::{Interval, StepPlan};
@@ -27,7 +27,7 @@ pub struct Fleet<M: Model> {
     /// Robots that it is made for.
     expected: usize,
     /// Made when it first advances: each environment of a batch has a fleet of its own, which never does.
-    group: Option<Box<dyn AnyGroup<M>>>,
+    groups: Option<Groups<M>>,
     /// Empty; its memory is used again.
     robots: Vec<Driven<'static, M>>,
     plans: Vec<StepPlan>,
@@ -46,7 +46,7 @@ impl<M: Model> Fleet<M> {
             config,
             accuracy: config.accuracy(&M::ACCURACY),
             expected: robots,
-            group: None,
+            groups: None,
             robots: Vec::with_capacity(robots),
             plans: Vec::with_capacity(robots),
             queues: Queues::with_capacity(robots),
@@ -70,7 +70,7 @@ impl<M: Model> Fleet<M> {
 
     /// [`advance`](Self::advance) for robots that are in a list already.
     pub(crate) fn advance_all(&mut self, system: &M::System, robots: &mut [Driven<M>], duration: f64) {
-        let Self { config, accuracy, expected, group, plans, queues, targets, .. } = self;
+        let Self { config, accuracy, expected, groups, plans, queues, targets, .. } = self;
         robots.iter_mut().for_each(|robot| robot.body.begin());
         if duration <= 0.0 {
             return;
@@ -79,8 +79,8 @@ impl<M: Model> Fleet<M> {
         robots.iter_mut().for_each(|robot| prepare(system, robot, accuracy.step, targets));
         plans.clear();
         plans.resize(robots.len(), StepPlan::at_start(&interval));
-        let mut run = Run { config, system, robots, plans, queues, interval };
-        group.get_or_insert_with(|| M::group(config, system, *expected)).advance(&mut run);
+        let groups = groups.get_or_insert_with(|| Groups::new(config, system, *expected));
+        Run { config, system, robots, plans, queues, interval }.advance(groups);
         let sound = robots.iter_mut().filter(|robot| !robot.body.statistics.diverged);
         sound.for_each(|robot| M::from_reduced(system, robot.body));
     }
@@ -105,26 +105,46 @@ fn emptied<M: Model>(mut list: Vec<Driven<M>>) -> Vec<Driven<'static, M>> {
     list.into_iter().map(|_| unreachable!("the list is empty")).collect()
 }
 
-/// A [`Group`] of any width.
-pub trait AnyGroup<M: Model>: Send + Sync {
-    /// [`Run::advance`].
-    fn advance(&mut self, run: &mut Run<M>);
-}
-
-impl<M: Model, T: Real> AnyGroup<M> for Group<M, T> {
-    fn advance(&mut self, run: &mut Run<M>) {
-        run.advance(self);
-    }
-}
-
-/// The group for about `robots` robots; for [`Model::group`] alone, since it compiles the steps for every width.
-pub fn group_for<M: Model>(config: &ImplicitConfig, system: &M::System, robots: usize) -> Box<dyn AnyGroup<M>> {
-    match lanes_for(robots) {
+/// The group of `lanes` lanes; for [`Model::group`] alone, since it compiles the steps for every width.
+pub fn group_for<M: Model>(config: &ImplicitConfig, system: &M::System, lanes: usize) -> Box<dyn AnyGroup<M>> {
+    match lanes {
         #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
         Wide4::LANES => Box::new(Group::<M, Wide4>::new(config, system)),
         #[cfg(target_arch = "x86_64")]
         Wide8::LANES => Box::new(Group::<M, Wide8>::new(config, system)),
         _ => Box::new(Group::<M, f64>::new(config, system)),
+    }
+}
+
+/// The groups of a fleet: robots that do not fill a wide register may share a narrower one.
+struct Groups<M: Model> {
+    /// See [`lanes_of_registers`].
+    lanes: [usize; MAX_LANES + 1],
+    /// By their lanes.
+    groups: [Option<Box<dyn AnyGroup<M>>>; MAX_LANES + 1],
+}
+
+impl<M: Model> Groups<M> {
+    /// For about `robots` robots.
+    fn new(config: &ImplicitConfig, system: &M::System, robots: usize) -> Self {
+        let lanes = lanes_of_registers(robots);
+        let group = |width: usize| lanes[1..].contains(&width).then(|| M::group(config, system, width));
+        Self { lanes, groups: std::array::from_fn(group) }
+    }
+
+    /// Lanes of the widest.
+    fn widest(&self) -> usize {
+        self.lanes[MAX_LANES]
+    }
+
+    /// How many of so many robots share the next register.
+    fn share(&self, robots: usize) -> usize {
+        robots.min(self.lanes[robots.min(MAX_LANES)])
+    }
+
+    /// The group for so many robots that share a register.
+    fn of(&mut self, robots: usize) -> &mut dyn AnyGroup<M> {
+        self.groups[self.lanes[robots]].as_mut().expect("a group of every width").as_mut()
     }
 }
 
@@ -141,7 +161,7 @@ fn prepare<M: Model>(system: &M::System, robot: &mut Driven<M>, step: f64, targe
 }
 
 /// One call of [`Fleet::advance`].
-pub struct Run<'a, 'r, M: Model> {
+struct Run<'a, 'r, M: Model> {
     config: &'a ImplicitConfig,
     system: &'a M::System,
     robots: &'a mut [Driven<'r, M>],
@@ -152,25 +172,24 @@ pub struct Run<'a, 'r, M: Model> {
 
 impl<M: Model> Run<'_, '_, M> {
     /// Each robot follows its own plan to the end of the interval; robots are regrouped for every part.
-    pub fn advance<T: Real>(&mut self, group: &mut Group<M, T>) {
+    fn advance(&mut self, groups: &mut Groups<M>) {
         self.queues.clear();
         for member in 0..self.robots.len() {
             self.enqueue(member);
         }
         while !self.queues.is_empty() {
             self.robots[0].body.interrupt.check();
-            let round = self.queues.next_round(T::LANES, &|member| self.plans[member].position());
-            for members in round.second_order.chunks(T::LANES) {
-                let lengths = self.lengths(members);
-                let verdicts = group.sdirk_step(&mut Members::new(self.system, self.robots, members), lengths);
-                self.conclude(members, &verdicts);
-            }
-            for members in round.euler.chunks(T::LANES) {
-                let lengths = self.lengths(members);
-                let may_fail = std::array::from_fn(|lane| lane < members.len() && self.may_fail(members[lane]));
-                let verdicts =
-                    group.euler_step(&mut Members::new(self.system, self.robots, members), lengths, may_fail);
-                self.conclude(members, &verdicts);
+            let round = self.queues.next_round(groups.widest(), &|member| self.plans[member].position());
+            for (queue, are_euler) in [(&round.second_order, false), (&round.euler, true)] {
+                let mut left = queue.as_slice();
+                while !left.is_empty() {
+                    let (members, others) = left.split_at(groups.share(left.len()));
+                    let parts = self.parts(members, are_euler);
+                    let mut members_of_step = Members::new(self.system, self.robots, members);
+                    let verdicts = groups.of(members.len()).step(&mut members_of_step, &parts);
+                    self.conclude(members, &verdicts);
+                    left = others;
+                }
             }
             self.queues.end_round(round);
         }
@@ -186,13 +205,11 @@ impl<M: Model> Run<'_, '_, M> {
         self.queues.push(member, &plan.part);
     }
 
-    /// Lengths of the members' parts, lane by lane.
-    fn lengths<T: Real>(&self, members: &[usize]) -> T {
-        let mut lengths = T::zero();
-        for lane in 0..T::LANES {
-            lengths.set_lane(lane, self.plans[*members.get(lane).unwrap_or(&members[0])].part.length);
-        }
-        lengths
+    /// The members' parts, lane by lane; lanes without a member repeat the first.
+    fn parts(&self, members: &[usize], are_euler: bool) -> Parts {
+        let length = |lane: usize| self.plans[*members.get(lane).unwrap_or(&members[0])].part.length;
+        let may_fail = |lane: usize| lane < members.len() && self.may_fail(members[lane]);
+        Parts { are_euler, lengths: std::array::from_fn(length), may_fail: std::array::from_fn(may_fail) }
     }
 
     fn may_fail(&self, member: usize) -> bool {

@@ -37,8 +37,6 @@ pub struct Group<M: Model, T: Real> {
     contact_impulses: Vec<ContactImpulse>,
     /// How far the last stage ended from its first prediction \[m\].
     deviation: T,
-    /// Linear solves of the current step.
-    solves: [u32; MAX_LANES],
     /// How well its stages were solved, which counts once the step is accepted.
     quality: [StepStatistics; MAX_LANES],
 }
@@ -55,14 +53,13 @@ impl<T: Real, M: Model> Group<M, T> {
             first_contact_impulses: contact_impulses(),
             contact_impulses: contact_impulses(),
             deviation: T::zero(),
-            solves: [0; MAX_LANES],
             quality: [StepStatistics::default(); MAX_LANES],
         }
     }
 
     /// Euler steps of lengths `h`. Those that `may_fail` and take a penetration too deep are rejected; those whose stage
     /// ended far from its prediction may be postponed.
-    pub fn euler_step(&mut self, members: &mut Members<M>, h: T, may_fail: Lanes) -> Verdicts {
+    fn euler_step(&mut self, members: &mut Members<M>, h: T, may_fail: Lanes) -> Verdicts {
         self.load(members);
         let lanes = members.lanes();
         let postponed = self.run_stage(members, lanes, h, h, AfterMisprediction::Later);
@@ -83,7 +80,7 @@ impl<T: Real, M: Model> Group<M, T> {
 
     /// Steps of second order of lengths `h`. Those in which forces change abruptly or that take a penetration too deep
     /// are rejected; those whose first stage ended far from its prediction may be postponed.
-    pub fn sdirk_step(&mut self, members: &mut Members<M>, h: T) -> Verdicts {
+    fn sdirk_step(&mut self, members: &mut Members<M>, h: T) -> Verdicts {
         let c = T::splat(GAMMA) * h;
         self.load(members);
         let lanes = members.lanes();
@@ -125,7 +122,6 @@ impl<T: Real, M: Model> Group<M, T> {
     fn load(&mut self, members: &mut Members<M>) {
         self.workspace.load(members);
         self.first_contact_impulses.clear();
-        self.solves.fill(0);
         self.quality.fill(StepStatistics::default());
         run(&mut self.workspace, Operation::Begin);
         self.workspace.take_guesses(members);
@@ -213,11 +209,8 @@ impl<T: Real, M: Model> Group<M, T> {
             let solves = std::mem::take(&mut quality.iterations);
             body.statistics.iterations += solves;
             body.statistics.fallbacks += std::mem::take(&mut quality.fallbacks);
-            self.solves[lane] += solves;
             body.step_solves = body.step_solves.saturating_add(cost);
-            if M::SORTED_BY_STAGE {
-                body.solves = solves;
-            }
+            body.solves = solves;
         }
         run(&mut self.workspace, Operation::Evaluate { lanes: mask::<T>(lanes) });
     }
@@ -254,9 +247,6 @@ impl<T: Real, M: Model> Group<M, T> {
             let (body, h) = (members.body_mut(lane), h.lane(lane));
             self.workspace.accept(system, lane, body);
             body.state.time += h;
-            if !M::SORTED_BY_STAGE {
-                body.solves = self.solves[lane];
-            }
             body.statistics.add_work(self.workspace.kept_energy(), lane, 1.0);
             body.statistics.add_quality(&self.quality[lane]);
             if let Some(record) = &mut body.record {
@@ -269,6 +259,33 @@ impl<T: Real, M: Model> Group<M, T> {
         }
         add_contact_impulses(&self.contact_impulses, members, lanes, 1.0);
     }
+}
+
+/// A [`Group`] of any width.
+pub trait AnyGroup<M: Model>: Send + Sync {
+    /// Takes the next parts of the robots of one register.
+    fn step(&mut self, members: &mut Members<M>, parts: &Parts) -> Verdicts;
+}
+
+impl<M: Model, T: Real> AnyGroup<M> for Group<M, T> {
+    fn step(&mut self, members: &mut Members<M>, parts: &Parts) -> Verdicts {
+        let mut h = T::zero();
+        for lane in 0..T::LANES {
+            h.set_lane(lane, parts.lengths[lane]);
+        }
+        if parts.are_euler { self.euler_step(members, h, parts.may_fail) } else { self.sdirk_step(members, h) }
+    }
+}
+
+/// The next parts of the robots of a register, lane by lane.
+#[derive(Debug, Clone, Copy)]
+pub struct Parts {
+    /// Whether they are Euler steps instead of steps of second order.
+    pub are_euler: bool,
+    /// \[s\]
+    pub lengths: [f64; MAX_LANES],
+    /// Of Euler steps, see [`Part::may_fail`](super::plan::Part::may_fail).
+    pub may_fail: Lanes,
 }
 
 /// What became of the steps of a register, lane by lane; those of other lanes are rejected.

@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use crate::error::ConfigError;
+use crate::math::MAX_LANES;
 #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 use crate::math::Wide4;
 #[cfg(target_arch = "x86_64")]
@@ -48,9 +49,22 @@ pub fn widest_lanes() -> usize {
     lanes_for(usize::MAX)
 }
 
-/// The most lanes to use for `robots` robots; few of them are faster one by one than in a wide register.
-pub(super) fn lanes_for(robots: usize) -> usize {
-    let worthwhile = |lanes: usize| lanes == 1 || robots > lanes / 4;
+/// The lanes of a register that 0, 1, 2, ... of the robots of a fleet share, the widest last.
+///
+/// The robots of a small fleet rarely fill a wide register, since their parts are of two schemes and end at different times.
+/// Few registers of a large fleet are not full, and there the code of other widths takes more time than it saves.
+pub(super) fn lanes_of_registers(fleet: usize) -> [usize; MAX_LANES + 1] {
+    let widest = lanes_for(if fleet < SMALL_FLEET { fleet.min(4) } else { fleet });
+    std::array::from_fn(|robots| if fleet < LARGE_FLEET { lanes_for(robots).min(widest) } else { widest })
+}
+
+/// Robots below which a fleet is small, and from which on it is large.
+const SMALL_FLEET: usize = 12;
+const LARGE_FLEET: usize = 100;
+
+/// The lanes to use for `robots` robots; few of them are faster in a narrow register than in a wide one.
+fn lanes_for(robots: usize) -> usize {
+    let worthwhile = |lanes: usize| lanes == 1 || robots > lanes / 2;
     forced_lanes().ok().flatten().unwrap_or_else(|| {
         available_lanes().into_iter().filter(|&lanes| worthwhile(lanes)).max().expect("one lane at least")
     })
@@ -70,9 +84,13 @@ mod tests {
     }
 
     #[test]
-    fn two_robots_are_worth_a_narrow_register_and_three_a_wide_one() {
+    fn three_robots_are_worth_a_narrow_register_and_five_a_wide_one() {
         let available = available_lanes();
         let widest = |most: usize| available.iter().copied().filter(|&lanes| lanes <= most).max().unwrap();
-        assert_eq!([1, 2, 3].map(lanes_for), [1, widest(4), widest(8)]);
+        assert_eq!([1, 2, 3, 4, 5].map(lanes_for), [1, 1, widest(4), widest(4), widest(8)]);
+        for (fleet, few, many) in [(2, 1, 1), (11, 1, 4), (12, 1, 8), (99, 1, 8), (100, 8, 8)] {
+            let lanes = lanes_of_registers(fleet);
+            assert_eq!([lanes[1], lanes[MAX_LANES]], [widest(few), widest(many)], "{fleet} robots");
+        }
     }
 }

@@ -45,11 +45,12 @@ pub use config::{
     validate_iterations,
 };
 pub use energy::EnergyLedger;
+pub use fleet::Fleet;
 pub(crate) use fleet::group_for;
-pub use fleet::{AnyGroup, Fleet};
 pub use found_friction::FoundFriction;
 pub use found_rows::{FoundRow, FoundRows, SolvedMotion};
 pub use friction_shares::{ContactPoint, FrictionShares};
+pub use group::AnyGroup;
 pub use joint_stops::{JointStops, StageStop};
 pub use lane_count::{available_lanes, forced_lanes, widest_lanes};
 pub use lanes::Members;

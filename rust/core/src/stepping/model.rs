@@ -10,7 +10,7 @@ use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 
 use super::body::Body;
-use super::fleet::AnyGroup;
+use super::group::AnyGroup;
 use super::stage::{StageInput, StageKernels, StageOutput};
 use super::state::{Coordinates, LinkPose};
 use super::{Accuracy, ImplicitConfig};
@@ -30,13 +30,10 @@ pub trait Model: Debug + Clone + Copy + PartialEq + 'static {
 
     /// Accuracy at the default precision.
     const ACCURACY: Accuracy;
-    /// Whether robots share registers by the linear solves of their last stage, instead of their last accepted step:
-    /// whichever predicts better how many the next stage takes.
-    const SORTED_BY_STAGE: bool;
 
     /// Calls `group_for`. Not a default method: that of a model compiles its steps with the core, instead of every crate that
     /// steps robots.
-    fn group(config: &ImplicitConfig, system: &Self::System, robots: usize) -> Box<dyn AnyGroup<Self>>;
+    fn group(config: &ImplicitConfig, system: &Self::System, lanes: usize) -> Box<dyn AnyGroup<Self>>;
 
     fn robot(system: &Self::System) -> &Robot;
 

@@ -81,7 +81,7 @@ pub struct StepPlan {
     longest: f64,
     /// Time to the border of a patch that the part at hand would have crossed; infinite otherwise \[s\].
     to_border: f64,
-    /// Linear solves of the robot's last stage or part, see [`Model::SORTED_BY_STAGE`].
+    /// Linear solves of the robot's last stage.
     solves: u32,
 }
 
@@ -105,7 +105,7 @@ impl StepPlan {
         self.steps == interval.steps
     }
 
-    /// Time from the beginning of the interval to that of the next part \[s\], and linear solves of the last stage or part.
+    /// Time from the beginning of the interval to that of the next part \[s\], and linear solves of the last stage.
     pub fn position(&self) -> (f64, u32) {
         (self.progress, self.solves)
     }

@@ -42,7 +42,7 @@ impl Queues {
 
     /// Takes as many robots from either queue as fill registers of `lanes`; those that are the most advanced wait for
     /// others. Where no register can be filled, the longer queue is taken. `position` tells how far a robot has come \[s\]
-    /// and the linear solves of its last stage or step.
+    /// and the linear solves of its last stage.
     pub fn next_round(&mut self, lanes: usize, position: &dyn Fn(usize) -> (f64, u32)) -> Round {
         let Self { second_order, euler, spare, keys } = self;
         let is_any_full = second_order.len().max(euler.len()) >= lanes;

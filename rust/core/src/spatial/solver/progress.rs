@@ -106,6 +106,13 @@ impl<T: Real> Progress<T> {
         begun & self.active & !self.corrections.lanes()
     }
 
+    /// Those of them whose step is searched for where it overshoots.
+    #[inline(always)]
+    pub fn searching(&self) -> T::Mask {
+        let is_searched = self.is_hard() | T::splat(TAKEN_IN_FULL).le(self.outcome.iterations);
+        self.moving() & !self.converging & is_searched
+    }
+
     /// By how much a friction radius may change in the next pass from `here`, as a velocity; negative in lanes that are
     /// neither `coupled` nor to be.
     #[inline(always)]
@@ -190,11 +197,15 @@ const PATIENCE: f64 = 20.0;
 
 /// Change of a friction radius over the largest of all up to which its normal impulse counts as plausible: that of a
 /// contact that closes during a step may exceed the solution's by orders of magnitude.
-const PLAUSIBLE: f64 = 2.0;
+const PLAUSIBLE: f64 = 5.0;
 
 /// Length of the next step over that of the last one from which on it needs no line search: Newton's method converges
 /// quadratically but for the radii, which gain a factor of twenty.
 const CONVERGING: f64 = 0.2;
+
+/// First steps of a stage that are taken in full wherever they lead, unless it is hard: the impulses before predict well which
+/// contacts stay closed and which stick, and the second step corrects the first. Searching them takes more than it saves.
+const TAKEN_IN_FULL: f64 = 2.0;
 
 /// Linear solves after which every step is searched: steps taken in full may lead back to where they came from.
 const UNSEARCHED: f64 = 7.0;
@@ -214,10 +225,10 @@ const ACCURACY: f64 = 0.3;
 /// convex problems are solved ever better.
 const INNER_ACCURACY: f64 = 10.0;
 
-/// Length of the next step over the largest friction radius from which on impulses are known to a few per cent, so that
+/// Length of the next step over the largest friction radius from which on impulses are known to a tenth, so that
 /// multipliers may move to them. The steps after that also remove the compliance, which would take two or three passes
 /// at the end.
-const CLOSE: f64 = 0.02;
+const CLOSE: f64 = 0.1;
 
 /// Violation of the laws that is left to the compliance, over the speed of the robot but at most the tolerance, and over
 /// the tolerance: creep is slower than motion by this factor, and at rest there is none.

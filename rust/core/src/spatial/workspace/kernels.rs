@@ -80,6 +80,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         self.motion.elapsed = elapsed;
         self.motion.predicted.travel(&self.motion.base, &self.motion.guess, c);
         self.motion.predicted.place_links(&self.motion.shape, &mut self.motion.frames);
+        self.motion.measure_way();
         self.motion.guess.twists(&self.motion.frames, &self.motion.shape, &mut self.motion.expected);
         self.self_contacts.predict(&self.motion.frames);
         self.joint_stops.predict(self.bend(&self.motion.guess.rate));
@@ -195,6 +196,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     fn arrive(&mut self) {
         self.result.arrival.travel(&self.motion.base, &self.result.kept.end, self.stage.coefficient);
         self.result.arrival.place_links(&self.motion.shape, &mut self.motion.frames);
+        self.motion.measure_way();
         self.result.sinking_into_ground = T::zero();
         for (i, frame) in self.motion.frames.iter().enumerate() {
             for end in 0..2 {

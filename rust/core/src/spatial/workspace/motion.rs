@@ -2,6 +2,7 @@
 
 use crate::math::{Laned, Real};
 use crate::robot::Link;
+use crate::spatial::spatial_vector::{difference, inner};
 use crate::spatial::{
     ChainShape, ChainVelocity, Configuration, Frame, LinkAxis, Momentum, SpatialSystem, SpatialVector, Twist,
 };
@@ -9,8 +10,6 @@ use crate::spatial::{
 /// Configurations and velocities of a stage.
 pub struct Motion<T> {
     pub shape: ChainShape<T>,
-    /// Of the robot, see [`crate::robot::Robot::extent`] \[m\].
-    pub extent: f64,
     /// Robots at the start of the step.
     pub start: Configuration<T>,
     pub start_velocity: ChainVelocity<T>,
@@ -29,6 +28,8 @@ pub struct Motion<T> {
     pub predicted: Configuration<T>,
     pub frames: Vec<Frame<T>>,
     pub expected: Vec<Twist<T>>,
+    /// Longest way of a link's CG from the start of the step to the predicted end of the stage, or to the end of the step \[m\].
+    pub way: T,
     /// Time from the start of the step to the end of the stage \[s\].
     pub elapsed: T,
 }
@@ -51,7 +52,6 @@ impl<T: Real> Motion<T> {
         let frames = || vec![Frame::origin(); count];
         Self {
             shape: ChainShape::new(&system.robot),
-            extent: system.robot.extent(),
             start: Configuration::straight(count).among(movables),
             start_velocity: ChainVelocity::rest(count).among(movables),
             start_momentum: none(),
@@ -65,8 +65,20 @@ impl<T: Real> Motion<T> {
             predicted: Configuration::straight(count).among(movables),
             frames: frames(),
             expected: vec![SpatialVector::zero(); count + movables],
+            way: T::zero(),
             elapsed: T::zero(),
         }
+    }
+
+    /// Measures the way of the links to where they are now.
+    #[inline(always)]
+    pub fn measure_way(&mut self) {
+        let mut squared = T::zero();
+        for (start, end) in self.start_frames.iter().zip(&self.frames) {
+            let way = difference(&end.position, &start.position);
+            squared = squared.max(inner(&way, &way));
+        }
+        self.way = squared.sqrt();
     }
 
     /// A link of a lane's robot.

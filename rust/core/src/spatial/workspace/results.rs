@@ -133,6 +133,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         let SpatialBody { warm_start: state, ground_impulse, obstacles, .. } = body;
         state.last.began_at_rest = is_at_rest(&state.velocity);
         self.result.arrival.read_lane(lane, &mut state.configuration);
+        state.near.advance(self.motion.way.lane(lane));
         self.result.kept.end.read_lane(lane, &mut state.velocity);
         self.drives.backlash.save(lane, &mut state.last.backlash);
         self.joint_stops.save(lane, &mut state.last.joint_stops);
