@@ -213,7 +213,7 @@ pub fn require_alike_in_every_company<M: Model, R: Reference<M::Target>>(
     system: &M::System,
     robot: impl Fn(usize) -> Scripted<R, M>,
 ) {
-    let alone = alone_as_among_others(system, ImplicitConfig::default(), &[2, 11], &[0.05; 60], 11, &robot);
+    let alone = alone_as_among_others(system, ImplicitConfig::default(), &[11, 13], &[0.05; 60], 11, &robot);
     let pushing = (0..11).filter(|&k| robot(k).body.state.movables != alone[k].0.state.movables).count();
     assert!(pushing > 3, "{pushing} robots push something");
 }

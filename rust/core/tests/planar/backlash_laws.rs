@@ -247,7 +247,7 @@ fn run(system: &PlanarSystem, robots: &mut [Scripted<Wave>], width: usize) -> Ve
 fn neighbours_with_play_do_not_matter() {
     let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
     let system = PlanarSystem::new(Robot::new(&uneven_joints(10)).unwrap(), [0.2, 0.2], pd).unwrap();
-    let together = run(&system, &mut crowd(&system, 11), 11);
+    let together = run(&system, &mut crowd(&system, 11), 13);
     for (k, among_others) in together.iter().enumerate() {
         let mut one = crowd(&system, 11).swap_remove(k);
         let alone = run(&system, std::slice::from_mut(&mut one), 1).remove(0);

@@ -153,7 +153,7 @@ fn a_robot_rubs_on_itself_the_same_alone_and_among_others() {
         Scripted::new(&system.robot, ObstacleGrid::new(&[]), start, &[0.0; 10], Hold(0.8 + 0.06 * k as f64))
     };
     let config = ImplicitConfig { step: Some(0.0125), ..ImplicitConfig::default() };
-    let alone = alone_as_among_others(&system, config, &[2, 9], &[0.05; 25], 9, coiling);
+    let alone = alone_as_among_others(&system, config, &[9, 13], &[0.05; 25], 9, coiling);
     assert!(alone.iter().any(|(body, _)| body.statistics.unconverged == 0));
 }
 

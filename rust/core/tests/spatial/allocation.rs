@@ -53,7 +53,7 @@ fn a_step_of_a_fleet_does_not_allocate() {
             robot
         })
         .collect();
-    let mut fleet = SpatialFleet::new(config, system, robots.len());
+    let mut fleet = SpatialFleet::new(config, system, 13.max(robots.len()));
     fleet.advance(system, robots.iter_mut().map(SpatialScripted::driven), 0.1);
     let before = REQUESTS.get();
     fleet.advance(system, robots.iter_mut().map(SpatialScripted::driven), 1.0);

@@ -209,6 +209,6 @@ fn discrepancies_of_neighbours_do_not_matter() {
         };
         robot
     };
-    let alone = alone_as_among_others(&system, implicit(0.01, 2), &[9], &[0.4], 9, robot);
+    let alone = alone_as_among_others(&system, implicit(0.01, 2), &[9, 13], &[0.4], 9, robot);
     assert!(alone.iter().all(|(body, _)| !body.statistics.diverged && body.statistics.unconverged == 0));
 }

@@ -150,7 +150,7 @@ fn rough_pegs_are_solved_alike_alone_and_in_lanes() {
         in_gait(&system.robot, ObstacleGrid::of(&obstacles), start, undulation())
     };
     steps_ask_for_no_memory(&system, implicit(0.01, 2), [0.1, 0.4], (0..9).map(robot).collect());
-    for (_, intervals) in alone_as_among_others(&system, implicit(0.01, 2), &[9], &[0.1, 0.4], 9, robot) {
+    for (_, intervals) in alone_as_among_others(&system, implicit(0.01, 2), &[9, 13], &[0.1, 0.4], 9, robot) {
         assert!(intervals.iter().all(|one| !one.diverged && one.unconverged == 0), "{intervals:?}");
     }
 }

@@ -322,7 +322,7 @@ fn the_width_of_the_registers_does_not_matter_where_robots_touch_themselves() {
         let bend = Bend { yaw: 0.3 + 0.1 * k as f64, pitch: 0.02 * (k % 3) as f64 };
         SpatialScripted::new(&system.robot, ObstacleGrid::new(&[]), flat(0.0), &[Vector2::zeros(); 10], bend)
     };
-    let alone = alone_as_among_others(&system, implicit(0.02, 2), &[2, 9], &[0.1; 10], 9, coiling);
+    let alone = alone_as_among_others(&system, implicit(0.02, 2), &[9, 13], &[0.1; 10], 9, coiling);
     let pressed = alone.iter().filter(|(body, _)| body.warm_start.last.contacts.pressed_pairs(usize::MAX) > 0);
     assert!((2..9).contains(&pressed.count()), "some robots touch themselves, some do not");
 }

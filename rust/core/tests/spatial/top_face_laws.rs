@@ -228,7 +228,7 @@ fn lanes_and_memory_on_steps_are_as_on_the_ground() {
         SpatialScripted::new(&system.robot, pegs, head(0.7, 0.0, 0.0, PI), &posture, sidewinding())
     };
     steps_ask_for_no_memory(&system, implicit(0.01, 2), [0.1, 0.3], (0..9).map(robot).collect());
-    alone_as_among_others(&system, implicit(0.01, 2), &[9], &[0.1, 0.3], 9, robot);
+    alone_as_among_others(&system, implicit(0.01, 2), &[9, 13], &[0.1, 0.3], 9, robot);
 }
 
 /// Chains that spin about a level axis, thrown at the upper edge of a block high above the ground in steps so long that no
