@@ -338,17 +338,6 @@ impl Robot {
         self.joint_bounds.iter().flatten().map(|bound| bound.abs()).fold(0.0, f64::max)
     }
 
-    /// No point of the robot is farther than this from the CG of its middle link, whatever the posture \[m\].
-    pub fn extent(&self) -> f64 {
-        let middle = self.links.len() / 2;
-        let length = |links: &[Link]| links.iter().map(|link| link.length).sum::<f64>();
-        let longer = length(&self.links[..middle]).max(length(&self.links[middle + 1..]));
-        0.5 * self.links[middle].length
-            + self.links[middle].cg_offset.abs()
-            + longer
-            + self.links.iter().map(Link::reach).fold(0.0, f64::max)
-    }
-
     /// Rejects links that are not neighbours and overlap although the robot is straight, where they are farthest apart: if
     /// they touched each other, no posture would part them.
     ///
@@ -430,18 +419,3 @@ pub const NO_PLAY: &str = "0 with a motor that has rotor inertia, or gear fricti
 
 /// Largest backlash, a quarter turn \[rad\].
 pub const MOST_PLAY: f64 = std::f64::consts::FRAC_PI_2;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn extent_bounds_the_distances_in_the_straight_robot() {
-        let length = PerLink::Each(vec![0.1, 0.3, 0.5, 0.2]);
-        let robot = Robot::new(&RobotConfig { links: 4, length, ..RobotConfig::default() }).expect("valid");
-        let cg = |i: usize| robot.links[..i].iter().map(|link| link.length).sum::<f64>() + 0.5 * robot.links[i].length;
-        let farthest = (0..4).map(|i| (cg(i) - cg(2)).abs() + robot.links[i].reach()).fold(0.0, f64::max);
-        // Half of the first link more, as if its reach began at its end.
-        assert!((robot.extent() - farthest - 0.05).abs() < 1e-12);
-    }
-}

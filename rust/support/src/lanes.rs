@@ -25,8 +25,11 @@ fn moved<M: Model, R: Reference<M::Target>>(
     robots.into_iter().map(|robot| robot.body).zip(statistics).collect()
 }
 
-/// So many robots move, count and touch themselves the same alone and together in fleets made for `widths` robots, of which
-/// those for 12 or more take eight lanes. Returns them as they are alone.
+/// Robots of a fleet that takes eight lanes; those for less than 12 do not.
+pub const WIDE: usize = 13;
+
+/// So many robots move, count and touch themselves the same alone and together in fleets made for `widths` robots. Returns
+/// them as they are alone.
 pub fn alone_as_among_others<M: Model, R: Reference<M::Target>>(
     system: &M::System,
     config: ImplicitConfig,
@@ -54,7 +57,7 @@ pub fn steps_ask_for_no_memory<M: Model, R: Reference<M::Target>>(
     [first, then]: [f64; 2],
     mut robots: Vec<Scripted<R, M>>,
 ) {
-    let mut fleet = Fleet::new(config, system, 13.max(robots.len()));
+    let mut fleet = Fleet::new(config, system, WIDE.max(robots.len()));
     fleet.advance(system, robots.iter_mut().map(Scripted::driven), first);
     let before = REQUESTS.get();
     fleet.advance(system, robots.iter_mut().map(Scripted::driven), then);
@@ -71,10 +74,10 @@ pub fn a_robot_that_diverges_leaves_its_neighbours_untouched<M: Model, R: Refere
     poison: impl Fn(&mut M::Twist),
 ) {
     let robots = || -> Vec<_> { (0..9).map(&robot).collect() };
-    let mut sound = moved(system, config, 13, intervals, robots());
+    let mut sound = moved(system, config, WIDE, intervals, robots());
     let mut robots = robots();
     poison(&mut robots[4].body.state.twist[3]);
-    let mut fleet = Fleet::new(config, system, 13);
+    let mut fleet = Fleet::new(config, system, WIDE);
     fleet.advance(system, robots.iter_mut().map(Scripted::driven), intervals[0]);
     let diverged: Vec<usize> = (0..9).filter(|&k| robots[k].body.statistics.diverged).collect();
     assert_eq!(diverged, [4]);

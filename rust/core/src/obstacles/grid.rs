@@ -221,7 +221,7 @@ impl ObstacleGrid {
         }
     }
 
-    /// Whether [`Self::visit_obstacles`] calls an obstacle within `distance` of a point.
+    /// Whether an obstacle is one of those that [`Self::visit_obstacles`] visits.
     pub fn is_within(&self, obstacle: usize, point: &Vector2<f64>, distance: f64) -> bool {
         match (self.pegs.get(obstacle), obstacle.checked_sub(self.bodies_from())) {
             (Some(peg), _) => is_peg_within(peg, point, distance),

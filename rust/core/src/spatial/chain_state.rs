@@ -30,7 +30,7 @@ pub struct ChainState {
     /// Velocity with which a postponed stage is solved again, if there is one.
     pub guess: ChainVelocity,
     pub is_postponed: bool,
-    /// Made anew in every interval.
+    /// The obstacles near its links; listed anew in every interval.
     pub near: NearPairs,
     frames: Vec<Frame>,
 }

@@ -185,8 +185,8 @@ impl<M: Model> Run<'_, '_, M> {
                 while !left.is_empty() {
                     let (members, others) = left.split_at(groups.share(left.len()));
                     let parts = self.parts(members, are_euler);
-                    let mut members_of_step = Members::new(self.system, self.robots, members);
-                    let verdicts = groups.of(members.len()).step(&mut members_of_step, &parts);
+                    let mut register = Members::new(self.system, self.robots, members);
+                    let verdicts = groups.of(members.len()).step(&mut register, &parts);
                     self.conclude(members, &verdicts);
                     left = others;
                 }

@@ -8,6 +8,7 @@ use snake_test_support::planar::table_7_5;
 use snake_test_support::spatial::{implicit, lying, on_course, sidewinding, straight, undulation};
 
 use snake_test_support::allocation::REQUESTS;
+use snake_test_support::lanes::WIDE;
 
 /// One warm-up sizes what depends on the pegs; after it neither stepping nor placing the robot asks for memory.
 #[test]
@@ -53,7 +54,7 @@ fn a_step_of_a_fleet_does_not_allocate() {
             robot
         })
         .collect();
-    let mut fleet = SpatialFleet::new(config, system, 13.max(robots.len()));
+    let mut fleet = SpatialFleet::new(config, system, WIDE.max(robots.len()));
     fleet.advance(system, robots.iter_mut().map(SpatialScripted::driven), 0.1);
     let before = REQUESTS.get();
     fleet.advance(system, robots.iter_mut().map(SpatialScripted::driven), 1.0);
