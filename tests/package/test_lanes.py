@@ -13,7 +13,7 @@ import numpy as np
 import snake_env
 from snake_env import _native
 
-envs = gym.make_vec("SnakeField-v1", num_envs=6, num_threads=1)
+envs = gym.make_vec("SnakeField-v1", num_envs=13, num_threads=1)
 observation, _ = envs.reset(seed=3)
 envs.action_space.seed(4)
 rows = [observation.copy()]

@@ -233,17 +233,16 @@ fn with_robots<M: RobotModel>(
         let pool = pool::<M>(&config, actions)?;
         let compared = [COMPARED];
         let sizes = if actions == Actions::RandomJoints { &compared } else { batches };
-        for &rows in sizes {
-            progress(&format!("growth: {env}, {}, {rows} robots", actions.name()));
-            let mut timed = Vec::new();
-            for threads in THREADS {
-                timed.push(TimedBatch::new(Robots::<M>::in_motion(&config, rows, threads, actions, &pool)?));
-            }
-            for _ in 0..rounds {
-                timed.iter_mut().for_each(|batch| batch.repeat(seconds));
-            }
-            timed.iter().for_each(|batch| emit("growth", &batch.point(env, actions)));
+        progress(&format!("growth: {env}, {}, {sizes:?} robots", actions.name()));
+        let mut timed = Vec::new();
+        for (&rows, threads) in sizes.iter().flat_map(|rows| THREADS.map(|threads| (rows, threads))) {
+            timed.push(TimedBatch::new(Robots::<M>::in_motion(&config, rows, threads, actions, &pool)?));
         }
+        // All sizes in turns: a machine is not equally busy from minute to minute.
+        for _ in 0..rounds {
+            timed.iter_mut().for_each(|batch| batch.repeat(seconds));
+        }
+        timed.iter().for_each(|batch| emit("growth", &batch.point(env, actions)));
     }
     Ok(())
 }
@@ -276,7 +275,7 @@ pub fn measure_width(quick: bool) -> Result<(), ConfigError> {
 fn in_registers<M: RobotModel>(env: &str, config: &EnvConfig, quick: bool) -> Result<(), ConfigError> {
     let (rounds, seconds) = repetitions(quick);
     for actions in [Actions::Gait, Actions::Random] {
-        let lanes = widest_lanes();
+        let lanes = widest_lanes(COMPARED);
         progress(&format!("widths: {env}, {}, {lanes} robots per register", actions.name()));
         let pool = pool::<M>(config, actions)?;
         let mut batch = TimedBatch::new(Robots::<M>::in_motion(config, COMPARED, 1, actions, &pool)?);

@@ -8,7 +8,7 @@ use snake_core::gait::{Reference, Wave};
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Planar, PlanarState, PlanarSystem, Scripted};
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{START_7_3, START_7_5, START_FREE, SceneConfig, TABLE_7_3, TABLE_7_5};
+use snake_core::scene::{START_7_3, START_7_5, START_FREE, Scene, SceneConfig, TABLE_7_3, TABLE_7_5};
 use snake_core::simulation::{SchemeConfig, Simulation};
 use snake_core::stepping::{ImplicitConfig, Precision};
 
@@ -95,8 +95,7 @@ impl Sampled for Scenario {
     }
 
     fn system(&self) -> Result<PlanarSystem, ConfigError> {
-        let system = PlanarSystem::new(Robot::new(&self.robot)?, self.scene.friction, self.controller)?;
-        Ok(system.on_slope(self.scene.slope))
+        PlanarSystem::new(Robot::new(&self.robot)?, &Scene::new(&self.scene)?, self.controller)
     }
 
     fn at_start(&self, system: &PlanarSystem) -> Scripted<Wave> {

@@ -12,7 +12,7 @@ use snake_core::gait::Wave;
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fleet, Newton, PlanarSystem, Scripted, Stage, StageSolution, certify};
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{START_7_5, SceneConfig};
+use snake_core::scene::{START_7_5, Scene, SceneConfig};
 use snake_core::stepping::ImplicitConfig;
 use snake_test_support::planar::{Random, START_FREE, aiko, ground, posture, table_7_5};
 use snake_test_support::planar_stage::{Kind, random_stage};
@@ -90,13 +90,17 @@ fn bench_robot(
 
 type Undulator = Scripted<Wave>;
 
-/// Eight robots 0.1 s apart, one control period of 50 ms: the widest registers of the machine.
+/// Robots of a fleet that takes the widest registers of the machine alone.
+const LARGE_FLEET: usize = 100;
+
+/// Eight robots 0.1 s apart, one control period of 50 ms, in the widest registers of the machine.
 fn period_of_eight_robots(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("eight robots");
     for (name, scene, start) in [("free", ground([0.2, 0.2]), START_FREE), ("course", table_7_5(), START_7_5)] {
         let robot = Robot::new(&RobotConfig::default()).expect("a valid robot");
-        let system = PlanarSystem::new(robot, scene.friction, ControllerConfig::default()).expect("a valid controller");
-        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, 8);
+        let ground = Scene::new(&scene).expect("a valid scene");
+        let system = PlanarSystem::new(robot, &ground, ControllerConfig::default()).expect("a valid controller");
+        let mut fleet = Fleet::new(ImplicitConfig::default(), &system, LARGE_FLEET);
         let robots = staggered(&system, &scene, start, &mut fleet);
         group.bench_function(name, |bencher| {
             let period =

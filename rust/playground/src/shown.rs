@@ -45,7 +45,7 @@ impl Shown for PlanarRobot {
     }
 
     fn contact_force(&self) -> Vec<Vector3<f64>> {
-        self.peg_force().iter().map(|force| force.push(0.0)).collect()
+        self.obstacle_force().collect()
     }
 
     fn joint_torque(&self) -> Vec<f64> {

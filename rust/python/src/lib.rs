@@ -83,7 +83,7 @@ mod _native {
     #[pyfunction]
     fn lanes() -> PyResult<usize> {
         forced_lanes().map_err(CoreError::from)?;
-        Ok(widest_lanes())
+        Ok(widest_lanes(usize::MAX))
     }
 
     #[pymodule_init]

@@ -45,6 +45,6 @@ pub fn of_batch(model: ModelKind, links: usize, obstacles: usize, num_envs: usiz
 
 const PER_OBSTACLE: f64 = 32.0;
 
-/// Robots in the lanes of eight, and the fewest environments of a large batch that share them.
-const PER_LINK_OF_WORKSPACE: f64 = 25_000.0;
+/// Robots in one, four and eight lanes, and the fewest environments of a large batch that share them.
+const PER_LINK_OF_WORKSPACE: f64 = 40_000.0;
 const ENVIRONMENTS_PER_WORKSPACE: usize = 64;

@@ -44,7 +44,7 @@ pub fn alone_as_among_others<M: Model, R: Reference<M::Target>>(
         for (k, ((body, statistics), (alone, of_alone))) in together.iter().zip(&alone).enumerate() {
             assert_eq!(body.state, alone.state, "robot {k} in a fleet made for {width}");
             assert_eq!(statistics, of_alone, "robot {k} in a fleet made for {width}");
-            assert_eq!(body.self_contact_impulse, alone.self_contact_impulse, "robot {k} in a fleet made for {width}");
+            assert_eq!(body.impulses, alone.impulses, "robot {k} in a fleet made for {width}");
         }
     }
     alone

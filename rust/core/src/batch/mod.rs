@@ -21,8 +21,7 @@ use crate::environment::signal::{COUNT, SignalInfo, signals_of};
 use crate::environment::{EnvConfig, Environment, EnvironmentState, PlanarRobot, RobotModel, World};
 use crate::error::{ConfigError, require, within};
 use crate::interrupt::Interrupt;
-use crate::math::MAX_LANES;
-use crate::stepping::{Fleet, PlantParameters};
+use crate::stepping::{Fleet, PlantParameters, widest_lanes};
 
 use chunk::Chunk;
 use row::Row;
@@ -281,11 +280,12 @@ impl<M: RobotModel> Batch<M> {
     }
 }
 
-/// Rows to a chunk: whole registers of eight, the same number of chunks for each thread, and not more rows than a cache holds.
+/// Rows to a chunk: whole registers, the same number of chunks for each thread, and not more rows than a cache holds.
 /// The more rows, the fewer lanes are empty where steps are divided.
 fn rows_per_chunk(rows: usize, threads: usize) -> usize {
     let share = rows.div_ceil(threads);
-    share.div_ceil(share.div_ceil(LARGEST_CHUNK)).next_multiple_of(MAX_LANES)
+    let rows = share.div_ceil(share.div_ceil(LARGEST_CHUNK));
+    rows.next_multiple_of(widest_lanes(rows))
 }
 
 const LARGEST_CHUNK: usize = 128;

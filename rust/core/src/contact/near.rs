@@ -37,8 +37,6 @@ impl NearPair {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NearObstacles {
     pairs: Vec<NearPair>,
-    #[serde(skip)]
-    previous: Vec<NearPair>,
     /// Indices of the pairs that the last visit evaluated, and up to which gap \[m\].
     #[serde(skip)]
     candidates: Vec<u32>,
@@ -57,7 +55,6 @@ impl NearObstacles {
     pub fn with_capacity(links: usize) -> Self {
         Self {
             pairs: Vec::with_capacity(PAIRS_PER_LINK * links),
-            previous: Vec::with_capacity(PAIRS_PER_LINK * links),
             candidates: Vec::with_capacity(PAIRS_PER_LINK * links),
             visited_margin: 0.0,
             ends: Vec::with_capacity(PAIRS_PER_LINK * links),
@@ -107,9 +104,8 @@ impl NearObstacles {
 
     /// Copies without freeing memory.
     pub fn copy_from(&mut self, other: &Self) {
-        let Self { pairs, previous, candidates, visited_margin, ends, travelled, horizon } = other;
+        let Self { pairs, candidates, visited_margin, ends, travelled, horizon } = other;
         self.pairs.clone_from(pairs);
-        self.previous.clone_from(previous);
         self.candidates.clone_from(candidates);
         self.ends.clone_from(ends);
         (self.visited_margin, self.travelled, self.horizon) = (*visited_margin, *travelled, *horizon);
@@ -199,8 +195,8 @@ impl NearObstacles {
     }
 
     /// Lists all pairs with a gap below `margin` at poses no point of which is more than [`SKIN`] from `poses`; these
-    /// are up to `displacement` \[m\] from the present ones. What the previous list holds of a pair is kept. A list
-    /// without pairs is valid up to the nearest peg.
+    /// are up to `displacement` \[m\] from the present ones. What the previous list holds of a pair is kept; `previous` is
+    /// a workspace. A list without pairs is valid up to the nearest peg.
     pub fn rebuild<'a>(
         &mut self,
         poses: impl Iterator<Item = Vector3<f64>> + Clone,
@@ -208,8 +204,9 @@ impl NearObstacles {
         obstacles: &ObstacleGrid,
         margin: f64,
         displacement: f64,
+        previous: &mut Vec<NearPair>,
     ) {
-        std::mem::swap(&mut self.pairs, &mut self.previous);
+        std::mem::swap(&mut self.pairs, previous);
         self.clear();
         let nodes = links.clone().into_iter().count();
         for (i, (pose, link)) in poses.clone().zip(links.clone()).enumerate() {
@@ -240,12 +237,11 @@ impl NearObstacles {
         }
         let listed = if self.pairs.is_empty() { clear_way(poses, links, obstacles) } else { 0.0 };
         self.horizon = listed.max(margin + SKIN) - displacement;
-        self.keep_known();
+        self.keep_known(previous);
     }
 
     /// Keeps what the previous list holds of the pairs.
-    fn keep_known(&mut self) {
-        let mut known = self.previous.as_slice();
+    fn keep_known(&mut self, mut known: &[NearPair]) {
         for pair in &mut self.pairs {
             known = &known[known.iter().take_while(|old| old.link < pair.link).count()..];
             let mut of_link = known.iter().take_while(|old| old.link == pair.link);

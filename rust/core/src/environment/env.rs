@@ -188,7 +188,7 @@ impl<M: RobotModel> Environment<M> {
     /// One control period under `action` (finite numbers, clipped to [-1, 1]); writes the observation.
     pub fn step(&mut self, action: &[f64], observation: &mut [f32]) -> Outcome {
         self.begin_step(action);
-        self.model.advance(self.rules.period);
+        self.model.advance();
         self.end_step(observation)
     }
 
@@ -206,7 +206,8 @@ impl<M: RobotModel> Environment<M> {
     /// the observation.
     pub fn end_step(&mut self, observation: &mut [f32]) -> Outcome {
         let report = self.model.report();
-        let contacts = self.model.finish_period(self.rules.period);
+        self.model.finish_period();
+        let contacts = (0..self.robot().links.len()).filter(|&link| self.model.is_pressed(link)).count() as u32;
         let motion = if report.diverged { self.episode.motion } else { self.model.motion() };
         self.episode.record(&self.rules, motion, &report, self.action_change, contacts);
         self.observe(observation);

@@ -35,7 +35,8 @@ impl<T: Real> Workspace<T> {
                 let pose = |node| place_numbered((nodes, lying), node, lane, &motion.predicted, &motion.heading).pose;
                 let (all, numbers) = (nodes.all(), 0..nodes.all().count());
                 let links = numbers.clone().map(|node| all.get(node));
-                near.rebuild(numbers.map(pose), links, &body.obstacles, margin, displacement);
+                let obstacles = &body.obstacles;
+                near.rebuild(numbers.map(pose), links, obstacles, margin, displacement, &mut contacts.previous);
             }
             let is_among_obstacles = !near.pairs().is_empty();
             if is_among_obstacles {

@@ -21,6 +21,8 @@ pub struct Contacts<T> {
     pub friction: FoundFriction<StageContact>,
     /// Pairs of one robot within the margin, and how they are at the predicted end.
     close: Vec<(usize, LinkContact)>,
+    /// Near pairs of a robot before its list was made anew.
+    pub previous: Vec<NearPair>,
 }
 
 impl<T: Real> Contacts<T> {
@@ -30,6 +32,7 @@ impl<T: Real> Contacts<T> {
             rows: FoundRows::with_capacity(links, pairs * T::LANES),
             friction: FoundFriction::with_capacity(pairs * T::LANES),
             close: Vec::with_capacity(pairs),
+            previous: Vec::with_capacity(pairs),
         }
     }
 

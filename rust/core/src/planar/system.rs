@@ -5,7 +5,7 @@ use crate::error::ConfigError;
 use crate::laws::{Skin, Stribeck, spin_coefficient};
 use crate::obstacles::{Nodes, ObstacleGrid, Patches};
 use crate::robot::{Link, Robot};
-use crate::slope::Slope;
+use crate::scene::Scene;
 
 /// Robot, ground and controller: what all robots of a fleet share and no step changes.
 #[derive(Debug, Clone)]
@@ -15,66 +15,35 @@ pub struct PlanarSystem {
     gains: Vec<[AxisGains; 2]>,
     /// mu_Tx, mu_Ty; with a skin the larger mu_Tx.
     friction: Vector2<f64>,
-    skin: Option<Skin>,
+    pub skin: Option<Skin>,
     /// Of the discs under the CGs \[m\].
     spin_radius: f64,
-    stribeck: Stribeck,
-    patches: Patches,
+    pub stribeck: Stribeck,
+    pub patches: Patches,
     /// In the frame of the ground \[m/s^2\].
-    gravity: Vector3<f64>,
-    smallest_radius: f64,
+    pub gravity: Vector3<f64>,
+    /// Of the thinnest link \[m\].
+    pub smallest_radius: f64,
 }
 
 impl PlanarSystem {
     /// # Errors
     /// Names the gain that is not admissible.
-    pub fn new(robot: Robot, friction: [f64; 2], controller: ControllerConfig) -> Result<Self, ConfigError> {
+    pub fn new(robot: Robot, scene: &Scene, controller: ControllerConfig) -> Result<Self, ConfigError> {
         controller.validate()?;
-        let smallest_radius = robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min);
-        let (friction, stribeck) = (Vector2::from(friction), Stribeck::default());
-        let gravity = Slope::default().acceleration(robot.gravity);
+        let (friction, skin) = scene.sliding();
         Ok(Self {
+            gravity: scene.slope.acceleration(robot.gravity),
+            smallest_radius: robot.links.iter().map(|link| link.radius).fold(f64::INFINITY, f64::min),
             gains: controller.gains(&robot),
             robot,
             controller,
             friction,
-            skin: None,
-            spin_radius: 0.0,
-            stribeck,
-            patches: Patches::default(),
-            gravity,
-            smallest_radius,
+            skin,
+            spin_radius: scene.spin_friction,
+            stribeck: scene.stribeck,
+            patches: Patches::new(&scene.patches),
         })
-    }
-
-    /// The same on ground with this Stribeck effect.
-    #[must_use]
-    pub fn on_ground_with(self, stribeck: Stribeck) -> Self {
-        Self { stribeck, ..self }
-    }
-
-    /// The same on ground with these patches.
-    #[must_use]
-    pub fn with_patches(self, patches: Patches) -> Self {
-        Self { patches, ..self }
-    }
-
-    /// The same with these coefficients of friction, and a skin.
-    #[must_use]
-    pub fn covered_with(self, (friction, skin): (Vector2<f64>, Option<Skin>)) -> Self {
-        Self { friction, skin, ..self }
-    }
-
-    /// The same with discs of this radius under the CGs \[m\].
-    #[must_use]
-    pub fn resisting_spin(self, spin_radius: f64) -> Self {
-        Self { spin_radius, ..self }
-    }
-
-    /// The same on inclined ground.
-    #[must_use]
-    pub fn on_slope(self, slope: Slope) -> Self {
-        Self { gravity: slope.acceleration(self.robot.gravity), ..self }
     }
 
     /// Acceleration that pulls the links along the ground \[m/s^2\].
@@ -87,36 +56,9 @@ impl PlanarSystem {
         &self.gains
     }
 
-    pub fn stribeck(&self) -> Stribeck {
-        self.stribeck
-    }
-
-    pub fn patches(&self) -> &Patches {
-        &self.patches
-    }
-
     /// The links, and behind them what can be pushed.
     pub fn nodes<'a>(&'a self, obstacles: &'a ObstacleGrid) -> Nodes<'a> {
         obstacles.nodes(&self.robot.links)
-    }
-
-    /// Radius of the thinnest link \[m\].
-    pub fn smallest_radius(&self) -> f64 {
-        self.smallest_radius
-    }
-
-    pub fn skin(&self) -> Option<Skin> {
-        self.skin
-    }
-
-    /// mu_Tx, mu_Ty.
-    pub fn friction(&self) -> Vector2<f64> {
-        self.friction
-    }
-
-    /// In the frame of the ground \[m/s^2\].
-    pub fn gravity(&self) -> Vector3<f64> {
-        self.gravity
     }
 
     /// Acceleration of gravity against the ground \[m/s^2\].

@@ -48,7 +48,8 @@ pub trait SimulatedModel: Model {
 /// A robot in a scene under a joint controller, advanced by the scheme `S`.
 #[derive(Debug, Clone)]
 pub struct Simulation<M: SimulatedModel, S = Fleet<M>> {
-    system: M::System,
+    /// Shared by copies.
+    system: Arc<M::System>,
     body: Body<M>,
     scheme: Box<S>,
 }
@@ -94,7 +95,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
         let obstacles = ObstacleGrid::of(&scene.obstacles);
         require_apart(&obstacles)?;
         let body = Body::new(&robot, obstacles);
-        let system = M::system(robot, &scene, &controller)?;
+        let system = Arc::new(M::system(robot, &scene, &controller)?);
         let scheme = Box::new(integrator.scheme(&system));
         let mut simulation = Self { system, body, scheme };
         M::place_initially(&mut simulation);
@@ -173,7 +174,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
     /// Impulse of the obstacles on each link during the last `advance`, world frame \[N s\]; without a z part in the
     /// plane.
     pub fn contact_impulse(&self) -> &[Vector3<f64>] {
-        &self.body.contact_impulse
+        &self.body.impulses.contact
     }
 
     /// Impulse of each obstacle, by its number, on the robot during the last `advance`, world frame \[N s\]; without a z
@@ -185,7 +186,7 @@ impl<M: SimulatedModel, S: Scheme<M>> Simulation<M, S> {
     /// Impulse of the robot's other links on each link during the last `advance`, world frame \[N s\]; without a z part in
     /// the plane.
     pub fn self_contact_impulse(&self) -> &[Vector3<f64>] {
-        &self.body.self_contact_impulse
+        &self.body.impulses.self_contact
     }
 
     /// Records from now on the forces of the ground and of the robot on itself, and the work of the actuators.

@@ -2,7 +2,6 @@ use crate::capabilities::ModelName;
 use crate::contact::{PlacedLink, link_pair_gap, obstacle_gap, self_gap, visit_movable_pairs};
 use crate::control::ControllerConfig;
 use crate::error::ConfigError;
-use crate::obstacles::Patches;
 use crate::planar::{Planar, PlanarSystem, Pose, Twist, assemble_chain, largest_joint_gap};
 use crate::robot::Robot;
 use crate::scene::Scene;
@@ -20,10 +19,7 @@ impl SimulatedModel for Planar {
     const NAME: ModelName = ModelName::Planar;
 
     fn system(robot: Robot, scene: &Scene, controller: &ControllerConfig) -> Result<PlanarSystem, ConfigError> {
-        let system = PlanarSystem::new(robot, scene.friction, *controller).map_err(|e| e.inside("controller"))?;
-        let system = system.covered_with(scene.sliding()).resisting_spin(scene.spin_friction);
-        let system = system.on_ground_with(scene.stribeck).with_patches(Patches::new(&scene.patches));
-        Ok(system.on_slope(scene.slope))
+        PlanarSystem::new(robot, scene, *controller).map_err(|e| e.inside("controller"))
     }
 
     fn place_initially<S: Scheme<Self>>(simulation: &mut Simulation<Self, S>) {

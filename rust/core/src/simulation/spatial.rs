@@ -89,7 +89,7 @@ impl<S: Scheme<Spatial>> Simulation<Spatial, S> {
 
     /// Impulse of the ground's normal forces on each link during the last `advance` \[N s\].
     pub fn ground_impulse(&self) -> &[f64] {
-        &self.body.ground_impulse
+        &self.body.impulses.ground
     }
 
     /// Angles of a joint about its axes, zero about one that it does not have \[rad\].

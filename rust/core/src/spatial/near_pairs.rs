@@ -30,7 +30,8 @@ impl NearPairs {
     /// Makes the list anew unless it is complete for what lies within `distance` of links that are up to `distance` from where
     /// they are now. `links` are these places, and the reach of each link \[m\].
     pub fn cover(&mut self, distance: f64, links: impl Iterator<Item = (Vector2<f64>, f64)>, obstacles: &ObstacleGrid) {
-        if 2.0 * distance <= self.left {
+        // A list for a prediction that ran far away is too long for those after it.
+        if (2.0 * distance..=SKIN.max(8.0 * distance)).contains(&self.left) {
             return;
         }
         self.pairs.clear();

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::gait::Reference;
@@ -11,6 +10,7 @@ use crate::obstacles::ObstacleGrid;
 use crate::robot::Robot;
 
 use super::closing::Closing;
+use super::link_impulses::LinkImpulses;
 use super::model::{Model, WarmStart};
 use super::obstacle_impulses::ObstacleImpulses;
 use super::state::{RobotState, StateOf};
@@ -31,17 +31,10 @@ pub struct Body<M: Model> {
     pub parameters: PlantParameters,
     /// Statistics since [`Self::begin`].
     pub statistics: StepStatistics,
-    /// Impulse of the obstacles on each link since [`Self::begin`], world frame \[N s\]; over an interval's length it is
-    /// (T 7.6).
-    pub contact_impulse: Vec<Vector3<f64>>,
+    /// Impulses on the links since [`Self::begin`].
+    pub impulses: LinkImpulses,
     /// Impulse of each obstacle, by its number in the grid, on the robot since [`Self::begin`].
     pub obstacle_impulse: ObstacleImpulses,
-    /// Impulse of the robot's other links on each link since [`Self::begin`], world frame \[N s\].
-    pub self_contact_impulse: Vec<Vector3<f64>>,
-    /// Impulse of the ground's normal forces on each link since [`Self::begin`] \[N s\]; zero in models without them.
-    pub ground_impulse: Vec<f64>,
-    /// The same of top faces of obstacles, which `contact_impulse` contains.
-    pub top_impulse: Vec<f64>,
     /// What a run records besides, if it does.
     pub record: Option<Box<Record>>,
     /// States at the ends of the parts of steps since [`Self::begin`], if they are kept.
@@ -95,10 +88,7 @@ impl<M: Model> Body<M> {
             trial: Trial::default(),
             parameters: PlantParameters::default(),
             statistics: StepStatistics::default(),
-            contact_impulse: vec![Vector3::zeros(); links],
-            self_contact_impulse: vec![Vector3::zeros(); links],
-            ground_impulse: vec![0.0; links],
-            top_impulse: vec![0.0; links],
+            impulses: LinkImpulses::zeros(links),
             record: None,
             path: None,
             solves: 0,
@@ -135,11 +125,8 @@ impl<M: Model> Body<M> {
     }
 
     fn clear_impulses(&mut self) {
-        self.contact_impulse.fill(Vector3::zeros());
+        self.impulses.clear();
         self.obstacle_impulse.clear(self.obstacles.total());
-        self.self_contact_impulse.fill(Vector3::zeros());
-        self.ground_impulse.fill(0.0);
-        self.top_impulse.fill(0.0);
     }
 
     /// Time at which the present interval began \[s\].

@@ -314,23 +314,23 @@ fn add_contact_impulses<M: Model>(
 ) {
     for each in contact_impulses.iter().filter(|each| lanes[each.lane]) {
         let body = members.body_mut(each.lane);
-        let links = body.contact_impulse.len();
+        let links = body.impulses.contact.len();
         if each.link >= links {
             // On an obstacle that can be pushed.
             continue;
         }
         match each.source {
             Source::Link(other) if other >= links => {
-                body.contact_impulse[each.link] += each.impulse * weight;
+                body.impulses.contact[each.link] += each.impulse * weight;
                 body.obstacle_impulse.add(body.obstacles.len() + other - links, each.impulse * weight);
             }
-            Source::Fixture(_) => body.contact_impulse[each.link] += each.impulse * weight,
-            Source::Link(_) => body.self_contact_impulse[each.link] += each.impulse * weight,
+            Source::Fixture(_) => body.impulses.contact[each.link] += each.impulse * weight,
+            Source::Link(_) => body.impulses.self_contact[each.link] += each.impulse * weight,
             Source::Obstacle(obstacle) | Source::Top(obstacle) => {
                 if let Source::Top(_) = each.source {
-                    body.top_impulse[each.link] += each.impulse.z * weight;
+                    body.impulses.top[each.link] += each.impulse.z * weight;
                 }
-                body.contact_impulse[each.link] += each.impulse * weight;
+                body.impulses.contact[each.link] += each.impulse * weight;
                 body.obstacle_impulse.add(obstacle, each.impulse * weight);
             }
         }

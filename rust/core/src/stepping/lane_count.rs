@@ -1,4 +1,4 @@
-//! How many robots are stepped side by side: the widest registers of the processor, or what a variable prescribes.
+//! How many robots are stepped side by side: by their number and the processor's registers, or as a variable prescribes.
 
 use std::sync::OnceLock;
 
@@ -44,9 +44,9 @@ fn parse(value: &str) -> Result<usize, ConfigError> {
     })
 }
 
-/// The number of lanes for a large batch.
-pub fn widest_lanes() -> usize {
-    lanes_for(usize::MAX)
+/// The lanes of the widest registers that a fleet of so many robots takes.
+pub fn widest_lanes(fleet: usize) -> usize {
+    lanes_for(if fleet < SMALL_FLEET { fleet.min(4) } else { fleet })
 }
 
 /// The lanes of a register that 0, 1, 2, ... of the robots of a fleet share, the widest last.
@@ -54,7 +54,7 @@ pub fn widest_lanes() -> usize {
 /// The robots of a small fleet rarely fill a wide register, since their parts are of two schemes and end at different times.
 /// Few registers of a large fleet are not full, and there the code of other widths takes more time than it saves.
 pub(super) fn lanes_of_registers(fleet: usize) -> [usize; MAX_LANES + 1] {
-    let widest = lanes_for(if fleet < SMALL_FLEET { fleet.min(4) } else { fleet });
+    let widest = widest_lanes(fleet);
     std::array::from_fn(|robots| if fleet < LARGE_FLEET { lanes_for(robots).min(widest) } else { widest })
 }
 

@@ -10,6 +10,7 @@ mod backlash;
 mod body;
 mod closing;
 mod config;
+mod drives;
 pub(crate) mod energy;
 mod fleet;
 mod found_friction;
@@ -20,6 +21,7 @@ mod joint_stops;
 mod kernels;
 mod lane_count;
 pub(crate) mod lanes;
+mod link_impulses;
 mod model;
 mod motors;
 mod obstacle_impulses;
@@ -44,6 +46,7 @@ pub use config::{
     Accuracy, ImplicitConfig, ImplicitMethod, MOST_STEPS_PER_PERIOD, Precision, require_steps, steps_in, tolerance,
     validate_iterations,
 };
+pub use drives::Drives;
 pub use energy::EnergyLedger;
 pub use fleet::Fleet;
 pub(crate) use fleet::group_for;
@@ -54,6 +57,7 @@ pub use group::AnyGroup;
 pub use joint_stops::{JointStops, StageStop};
 pub use lane_count::{available_lanes, forced_lanes, widest_lanes};
 pub use lanes::Members;
+pub use link_impulses::LinkImpulses;
 pub use model::{Model, WarmStart};
 pub use motors::Motors;
 pub use obstacle_impulses::ObstacleImpulses;

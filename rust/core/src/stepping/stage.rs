@@ -86,13 +86,9 @@ pub trait StageOutput<T: Real> {
     /// what predicts the next step in any case.
     fn end_step(&mut self, members: &mut Members<Self::Model>, lanes: Lanes);
     /// Whether the step takes a penetration too deep: a shorter one has to be tried.
-    fn sinks(&self, _lane: usize) -> bool {
-        false
-    }
+    fn sinks(&self, lane: usize) -> bool;
     /// Whether it takes one so deep that the robot is flagged if there is no shorter step.
-    fn sinks_beyond_recovery(&self, _lane: usize) -> bool {
-        false
-    }
+    fn sinks_beyond_recovery(&self, lane: usize) -> bool;
     /// Keeps what the first stage of a step adds to the sums of a body, besides work and contact impulses.
     fn keep_first_stage(&mut self) {}
     /// Adds it, weighted.

@@ -101,7 +101,7 @@ fn the_ground_carries_the_weight_of_a_resting_robot_and_its_sensor_measures_grav
     let action: Vec<f64> = entries.iter().zip(posture).map(|(entry, angle)| entry.normalised(angle)).collect();
     run.hold(&action, 10);
     let model = run.environment.model();
-    let carried: f64 = model.normal_force().iter().sum();
+    let carried: f64 = model.normal_force().sum();
     let weight = model.robot().total_mass() * model.robot().gravity;
     assert!((carried / weight - 1.0).abs() < 1e-6, "{carried} N of {weight} N");
     assert!((model.height() - 0.0525).abs() < 1e-4, "{} m", model.height());

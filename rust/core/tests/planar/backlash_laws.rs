@@ -8,7 +8,7 @@ use snake_core::laws::Stribeck;
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fallback, Fleet, Newton, PlanarState, PlanarSystem, Scripted, StageSolution, Twist, certify};
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{Peg, START_7_5, SceneConfig, TABLE_7_5};
+use snake_core::scene::{Peg, START_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
 use snake_core::stepping::{ImplicitConfig, PlantParameters};
@@ -246,7 +246,8 @@ fn run(system: &PlanarSystem, robots: &mut [Scripted<Wave>], width: usize) -> Ve
 #[test]
 fn neighbours_with_play_do_not_matter() {
     let pd = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
-    let system = PlanarSystem::new(Robot::new(&uneven_joints(10)).unwrap(), [0.2, 0.2], pd).unwrap();
+    let scene = Scene::new(&ground([0.2, 0.2])).unwrap();
+    let system = PlanarSystem::new(Robot::new(&uneven_joints(10)).unwrap(), &scene, pd).unwrap();
     let together = run(&system, &mut crowd(&system, 11), 13);
     for (k, among_others) in together.iter().enumerate() {
         let mut one = crowd(&system, 11).swap_remove(k);

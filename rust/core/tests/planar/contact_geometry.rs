@@ -194,14 +194,14 @@ fn near_list_never_misses_a_pair_below_the_margin() {
         let grid = ObstacleGrid::new(&pegs);
         let links: Vec<Link> = (0..4).map(|_| random_link(&mut random)).collect();
         let mut poses: Vec<Pose> = (0..4).map(|_| random_pose(&mut random)).collect();
-        let mut near = NearObstacles::with_capacity(4);
+        let (mut near, mut previous) = (NearObstacles::with_capacity(4), Vec::new());
         for _ in 0..400 {
             let size = random.magnitude(1e-4, 0.2);
             let next = disturbed(&mut random, &poses, size);
             let (margin, displacement) = (random.between(0.0, 0.05), farthest(&links, &poses, &next));
             poses = next;
             if !near.covers(displacement, margin) {
-                near.rebuild(poses.iter().copied(), &links, &grid, margin, displacement);
+                near.rebuild(poses.iter().copied(), &links, &grid, margin, displacement, &mut previous);
                 rebuilt += 1;
             }
             near.advance(displacement);
@@ -226,12 +226,12 @@ fn a_look_ahead_passes_no_pair_below_the_margin_over() {
         let grid = ObstacleGrid::new(&pegs);
         let links: Vec<Link> = (0..4).map(|_| random_link(&mut random)).collect();
         let mut poses: Vec<Pose> = (0..4).map(|_| random_pose(&mut random)).collect();
-        let mut near = NearObstacles::with_capacity(4);
+        let (mut near, mut previous) = (NearObstacles::with_capacity(4), Vec::new());
         for step in 0..300 {
             let ahead = disturbed(&mut random, &poses, 4e-3);
             let (margin, displacement) = (random.between(0.0, 0.01), farthest(&links, &poses, &ahead));
             if !near.covers(displacement, margin) {
-                near.rebuild(ahead.iter().copied(), &links, &grid, margin, displacement);
+                near.rebuild(ahead.iter().copied(), &links, &grid, margin, displacement, &mut previous);
             }
             let mut looked_at = Vec::new();
             near.visit_within(displacement, margin, |_, pair| {

@@ -5,17 +5,21 @@ use snake_core::gait::Wave;
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{PlanarSystem, Scripted};
 use snake_core::robot::{Motor, Robot, RobotConfig};
-use snake_core::scene::{Peg, START_7_5, TABLE_7_5};
+use snake_core::scene::{Peg, START_7_5, Scene, TABLE_7_5};
 use snake_core::stepping::ImplicitConfig;
 use snake_test_support::lanes::{self, alone_as_among_others};
-use snake_test_support::planar::{Hold, posture, table_7_5};
+use snake_test_support::planar::{self, Hold, posture, table_7_5};
 
 fn system(friction: [f64; 2]) -> PlanarSystem {
     plant_under(ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() }, friction)
 }
 
+fn ground(friction: [f64; 2]) -> Scene {
+    Scene::new(&planar::ground(friction)).unwrap()
+}
+
 fn plant_under(controller: ControllerConfig, friction: [f64; 2]) -> PlanarSystem {
-    PlanarSystem::new(Robot::new(&RobotConfig::default()).unwrap(), friction, controller).unwrap()
+    PlanarSystem::new(Robot::new(&RobotConfig::default()).unwrap(), &ground(friction), controller).unwrap()
 }
 
 /// Robots that differ in gait and in the number of pegs around them.
@@ -53,7 +57,7 @@ fn so_it_is_with_motors() {
         Motor { stall_torque: 3.0, no_load_speed: 2.0, rotor_inertia: 1e-3, gear_friction: 0.3, ..Motor::default() };
     let config = RobotConfig { motor: Some(motor.into()), limp: vec![3], ..RobotConfig::default() };
     let controller = ControllerConfig::default();
-    let system = PlanarSystem::new(Robot::new(&config).unwrap(), [0.2, 0.2], controller).unwrap();
+    let system = PlanarSystem::new(Robot::new(&config).unwrap(), &ground([0.2, 0.2]), controller).unwrap();
     alone_as_among_others(&system, ImplicitConfig::default(), &[9, 13], &[0.05; 20], 9, |k| robot(&system, k));
 }
 
@@ -82,7 +86,7 @@ fn so_it_is_where_robots_touch_themselves() {
         Scripted::new(&system.robot, ObstacleGrid::new(&[]), [0.0; 3], &[0.0; 10], Hold(angle))
     };
     let alone = alone_as_among_others(&system, ImplicitConfig::default(), &[9, 13], &[0.05; 40], 9, coiling);
-    assert!(alone.iter().all(|(body, _)| body.self_contact_impulse.iter().any(|impulse| impulse.norm() > 0.0)));
+    assert!(alone.iter().all(|(body, _)| body.impulses.self_contact.iter().any(|impulse| impulse.norm() > 0.0)));
 }
 
 #[test]

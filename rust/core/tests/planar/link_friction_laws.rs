@@ -6,6 +6,7 @@ use snake_core::control::ControllerConfig;
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{Fallback, PlanarSystem, Pose, Scripted, StageSolution, Twist, certify};
 use snake_core::robot::{Robot, RobotConfig};
+use snake_core::scene::Scene;
 use snake_core::simulation::PlanarSimulation;
 use snake_core::solver::SolveStatus;
 use snake_core::stepping::ImplicitConfig;
@@ -147,7 +148,7 @@ fn the_certificate_judges_friction_between_links() {
 fn a_robot_rubs_on_itself_the_same_alone_and_among_others() {
     let robot = Robot::new(&rough(11, 0.4)).unwrap();
     let controller = ControllerConfig { torque_limit: Some(5.0), ..ControllerConfig::default() };
-    let system = PlanarSystem::new(robot, [0.2, 0.2], controller).unwrap();
+    let system = PlanarSystem::new(robot, &Scene::new(&ground([0.2, 0.2])).unwrap(), controller).unwrap();
     let coiling = |k: usize| {
         let start = [0.0, 0.0, 0.3 * k as f64];
         Scripted::new(&system.robot, ObstacleGrid::new(&[]), start, &[0.0; 10], Hold(0.8 + 0.06 * k as f64))

@@ -207,6 +207,6 @@ fn motors_go_with_friction_at_obstacles() {
     robot.place_chain(x, y, heading, &posture(&Wave::default(), 10));
     let report = robot.advance(3.0, &Wave::default());
     assert!(report.unconverged == 0 && report.residual < 1e-5, "{report:?}");
-    let force: Vector3<f64> = robot.body().contact_impulse.iter().sum();
+    let force: Vector3<f64> = robot.body().impulses.contact.iter().sum();
     assert!(force.norm() > 0.1, "pegs must be met");
 }

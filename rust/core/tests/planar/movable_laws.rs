@@ -6,7 +6,7 @@ use snake_core::gait::Wave;
 use snake_core::obstacles::{Moved, Obstacle, ObstacleGrid, Peg, Shape};
 use snake_core::planar::{Planar, PlanarSystem, Pose, Scripted, Twist};
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{START_FREE, SceneConfig};
+use snake_core::scene::{START_FREE, Scene, SceneConfig};
 use snake_core::simulation::PlanarSimulation;
 use snake_core::slope::Slope;
 use snake_test_support::flat::Still;
@@ -310,7 +310,8 @@ fn the_width_of_the_registers_and_the_neighbours_do_not_matter_among_discs() {
 
 pub fn system_among_bodies() -> PlanarSystem {
     let controller = ControllerConfig { torque_limit: Some(10.0), ..ControllerConfig::default() };
-    PlanarSystem::new(Robot::new(&RobotConfig::default()).unwrap(), [0.1, 0.5], controller).unwrap()
+    let ground = Scene::new(&ground([0.1, 0.5])).unwrap();
+    PlanarSystem::new(Robot::new(&RobotConfig::default()).unwrap(), &ground, controller).unwrap()
 }
 
 #[test]

@@ -91,7 +91,7 @@ fn a_top_face_carries_a_robot_as_the_ground_does() {
         for _ in 0..25 {
             below.advance(0.02, &gait);
             above.advance(0.02, &gait);
-            for (a, b) in above.body().top_impulse.iter().zip(below.ground_impulse()) {
+            for (a, b) in above.body().impulses.top.iter().zip(below.ground_impulse()) {
                 assert!((a - b).abs() < 1e-6 * 0.02 * 9.81 * 7.5, "impulses {a} and {b}");
             }
             assert!(above.ground_impulse().iter().all(|impulse| *impulse == 0.0));

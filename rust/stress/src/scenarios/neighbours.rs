@@ -4,7 +4,7 @@ use snake_core::gait::{Reference, Wave};
 use snake_core::obstacles::ObstacleGrid;
 use snake_core::planar::{self, Planar, PlanarSystem};
 use snake_core::robot::{Robot, RobotConfig};
-use snake_core::scene::{START_7_5, TABLE_7_5};
+use snake_core::scene::{START_7_5, Scene, TABLE_7_5};
 use snake_core::stepping::{Body, Fleet, ImplicitConfig, Model, Scripted, StepStatistics};
 
 use crate::case::pegs;
@@ -75,7 +75,8 @@ pub fn poisoned<M: Model, R: Reference<M::Target>>(
 /// Robots in the plane that differ in gait and in the number of pegs around them.
 pub fn in_the_plane(step: f64) -> TestFleet<Planar, Wave> {
     let robot = Robot::new(&RobotConfig::default()).expect("Aiko");
-    let system = PlanarSystem::new(robot, [0.2, 0.2], Default::default()).expect("the thesis's controller");
+    let ground = Scene::new(&Default::default()).expect("level ground");
+    let system = PlanarSystem::new(robot, &ground, Default::default()).expect("the thesis's controller");
     let undulator = |k: usize| {
         let wave = Wave { omega: 1.0 + 0.2 * k as f64, ..Wave::default() };
         let angles: Vec<f64> = (0..10).map(|joint| wave.target(joint, 0.0).angle).collect();

@@ -36,6 +36,7 @@ pub struct Thesis {
     midpoint: Vec<Pose>,
     targets: Vec<JointTarget>,
     near: NearObstacles,
+    previous: Vec<NearPair>,
     closed: Vec<NearPair>,
     /// P_H of every link-peg pair when it was last active \[N s\]: row = peg, column = link.
     last_impulse: Vec<f64>,
@@ -86,6 +87,7 @@ impl Thesis {
             midpoint: vec![Pose::zeros(); links],
             targets: vec![JointTarget::default(); links - 1],
             near: NearObstacles::with_capacity(links),
+            previous: Vec::new(),
             closed: Vec::with_capacity(links),
             last_impulse: Vec::new(),
         }
@@ -94,12 +96,12 @@ impl Thesis {
     /// One step of length `h`: q_M, active set and directions there, impulses, q_E, projection.
     fn take_step(&mut self, system: &PlanarSystem, body: &mut Body, reference: &dyn Reference<JointTarget>, h: f64) {
         reference.targets(body.state.time, &mut self.targets);
-        let Body { state, obstacles, statistics, contact_impulse, obstacle_impulse, warm_start, record, .. } = body;
+        let Body { state, obstacles, statistics, impulses, obstacle_impulse, warm_start, record, .. } = body;
         self.move_to_midpoint(state, h);
         self.find_closed_contacts(system, state, obstacles);
         self.build_stage(system, state, obstacles, h);
         self.solve(obstacles, statistics);
-        self.add_contact_impulses(contact_impulse, obstacle_impulse);
+        self.add_contact_impulses(&mut impulses.contact, obstacle_impulse);
         if let Some(record) = record {
             self.add_to(record);
         }
@@ -121,7 +123,8 @@ impl Thesis {
     fn find_closed_contacts(&mut self, system: &PlanarSystem, state: &PlanarState, obstacles: &ObstacleGrid) {
         let displacement = farthest(&system.robot.links, &state.pose, &self.midpoint);
         if !self.near.covers(displacement, 0.0) {
-            self.near.rebuild(self.midpoint.iter().copied(), &system.robot.links, obstacles, 0.0, displacement);
+            let (poses, links) = (self.midpoint.iter().copied(), &system.robot.links);
+            self.near.rebuild(poses, links, obstacles, 0.0, displacement, &mut self.previous);
         }
         self.near.advance(displacement);
         self.closed.clear();
@@ -147,7 +150,7 @@ impl Thesis {
                 inertia: link.inertia,
                 half_length: 0.5 * link.length,
                 cg_offset: 0.0,
-                friction: system.friction_force(link) * h * system.stribeck().share(u.xy().norm_squared()),
+                friction: system.friction_force(link) * h * system.stribeck.share(u.xy().norm_squared()),
             }
         }));
         let ControllerConfig { kp, kd, .. } = system.controller;

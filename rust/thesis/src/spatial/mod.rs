@@ -117,7 +117,7 @@ impl SpatialThesis {
     ) {
         reference.targets(body.state.time, &mut self.targets);
         let SpatialBody { state, obstacles, statistics, warm_start, record, .. } = body;
-        let SpatialBody { ground_impulse, contact_impulse, obstacle_impulse, .. } = body;
+        let SpatialBody { impulses, obstacle_impulse, .. } = body;
         let joint_torque = &mut warm_start.last.joint_torque;
         self.move_to_midpoint(state, h);
         self.command(system, state, joint_torque);
@@ -126,13 +126,13 @@ impl SpatialThesis {
         self.find_closed_contacts(&system.robot.links, obstacles);
         self.recall_impulses(system.robot.link_count(), obstacles);
         let (iterations, converged) = self.solve();
-        self.keep_impulses(ground_impulse);
+        self.keep_impulses(&mut impulses.ground);
         self.record(iterations, !converged, joint_torque, h, statistics);
         if let Some(record) = record {
             self.add_to(record, joint_torque, h);
         }
         self.move_to_end(system, state, h);
-        self.add_contact_impulses(contact_impulse, obstacle_impulse);
+        self.add_contact_impulses(&mut impulses.contact, obstacle_impulse);
     }
 
     /// q_M = q_A + h/2 F(q_A) u_A (T 4.103).

@@ -1,6 +1,6 @@
 //! What the robots of all models do alike.
 
-/// The methods of [`RobotModel`](super::RobotModel) that only pass on what simulation, references and forces do: fields that
+/// The methods of [`RobotModel`](super::RobotModel) that only pass on what simulation and references do: fields that
 /// robots of every model have, of other types.
 macro_rules! common_methods {
     () => {
@@ -30,16 +30,20 @@ macro_rules! common_methods {
             self.limit_windup();
         }
 
-        fn advance(&mut self, period: f64) {
-            self.simulation.advance(period, &self.reference);
+        fn period(&self) -> f64 {
+            self.period
+        }
+
+        fn advance(&mut self) {
+            self.simulation.advance(self.period, &self.reference);
         }
 
         fn save(&self) -> Self::State {
-            SavedRobot::save(&self.simulation, &self.reference, &self.forces)
+            SavedRobot::save(&self.simulation, &self.reference, &self.accelerometer)
         }
 
         fn restore(&mut self, state: &Self::State) -> bool {
-            state.restore(&mut self.simulation, &mut self.reference, &mut self.forces)
+            state.restore(&mut self.simulation, &mut self.reference, &mut self.accelerometer)
         }
 
         fn links_of(state: &Self::State) -> usize {

@@ -12,7 +12,7 @@ mod spatial_state;
 
 use std::fmt::Debug;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector3;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -104,25 +104,43 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
         self.simulation_mut().body_mut().parameters = parameters;
     }
 
-    /// Advances the robot by a control period \[s\].
-    fn advance(&mut self, period: f64);
+    /// Length of a control period \[s\].
+    fn period(&self) -> f64;
+
+    /// Advances the robot by a control period.
+    fn advance(&mut self);
 
     /// Changes the momentum of a link by an impulse at its CG, frame I \[N s\]; the next step passes it on along the chain.
     fn strike(&mut self, link: usize, impulse: &Vector3<f64>);
 
-    /// Ends a control period of length `period` \[s\]; returns the number of links that pegs pushed.
-    fn finish_period(&mut self, period: f64) -> u32;
+    /// Ends a control period.
+    fn finish_period(&mut self);
 
     /// What happened while it was advanced.
     fn report(&self) -> StepStatistics {
         self.simulation().body().statistics
     }
 
-    /// Mean force of the pegs on each link over the last control period, x and y of the world frame \[N\].
-    fn peg_force(&self) -> &[Vector2<f64>];
+    /// Mean force of the obstacles on each link over the last control period (T 7.6), world frame; without a z part in the
+    /// plane \[N\].
+    fn obstacle_force(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + '_ {
+        mean_force(self.simulation().contact_impulse(), self.period())
+    }
+
+    /// The same of the robot's other links \[N\].
+    fn self_contact_force(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + '_ {
+        mean_force(self.simulation().self_contact_impulse(), self.period())
+    }
 
     /// Whether an obstacle pressed on a link in the last control period.
-    fn is_pressed(&self, link: usize) -> bool;
+    fn is_pressed(&self, link: usize) -> bool {
+        self.simulation().contact_impulse()[link] != Vector3::zeros()
+    }
+
+    /// The largest of [`Self::self_contact_force`] \[N\].
+    fn largest_self_contact_force(&self) -> f64 {
+        self.self_contact_force().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()
+    }
 
     fn motion(&self) -> Motion;
 
@@ -152,4 +170,10 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
 
     /// Number of links of the robot that a state was saved of.
     fn links_of(state: &Self::State) -> usize;
+}
+
+/// Of impulses over a period; most links have none.
+fn mean_force(impulses: &[Vector3<f64>], period: f64) -> impl ExactSizeIterator<Item = Vector3<f64>> + '_ {
+    let mean = move |impulse: &Vector3<f64>| if *impulse == Vector3::zeros() { *impulse } else { impulse / period };
+    impulses.iter().map(mean)
 }

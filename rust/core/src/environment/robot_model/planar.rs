@@ -1,7 +1,6 @@
 //! The robot of the planar model with its joint references.
 
 use nalgebra::{Vector2, Vector3};
-use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::planar::{Heading, Planar};
@@ -9,7 +8,7 @@ use crate::simulation::{PlanarSimulation, PlanarSnapshot};
 
 use super::accelerometer::Accelerometer;
 use super::common_methods::common_methods;
-use super::saved_robot::{MeanForces, SavedRobot, common_length};
+use super::saved_robot::SavedRobot;
 use super::{RobotModel, planar_observation, planar_state};
 use crate::environment::action::planar_entries;
 use crate::environment::config::{EnvConfig, ModelKind};
@@ -26,44 +25,14 @@ use crate::environment::start::Start;
 pub struct PlanarRobot {
     pub simulation: PlanarSimulation,
     pub reference: ReferenceGenerator<1>,
-    forces: PlanarForces,
+    period: f64,
+    accelerometer: Accelerometer,
     /// The link with the inertial sensors, from 0.
     pub imu_link: usize,
 }
 
-/// Mean forces on each link over the last control period, in the world frame \[N\], and what the accelerometer feels of them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PlanarForces {
-    /// Of the pegs (T 7.6).
-    peg: Vec<Vector2<f64>>,
-    /// Their part to the left of the link.
-    lateral: Vec<f64>,
-    /// Of the robot's other links.
-    own: Vec<Vector2<f64>>,
-    #[serde(rename = "head")]
-    imu: Accelerometer,
-}
-
-impl MeanForces for PlanarForces {
-    fn zero(links: usize) -> Self {
-        let none = vec![Vector2::zeros(); links];
-        Self { peg: none.clone(), lateral: vec![0.0; links], own: none, imu: Accelerometer::default() }
-    }
-
-    fn clear(&mut self) {
-        self.peg.fill(Vector2::zeros());
-        self.lateral.fill(0.0);
-        self.own.fill(Vector2::zeros());
-        self.imu = Accelerometer::default();
-    }
-
-    fn links(&self) -> Option<usize> {
-        common_length([self.peg.len(), self.lateral.len(), self.own.len()])
-    }
-}
-
 /// All that a run changes about a planar robot.
-pub type PlanarRobotState = SavedRobot<PlanarSnapshot, PlanarForces>;
+pub type PlanarRobotState = SavedRobot<PlanarSnapshot>;
 
 impl RobotModel for PlanarRobot {
     const KIND: ModelKind = ModelKind::Planar;
@@ -72,7 +41,7 @@ impl RobotModel for PlanarRobot {
             robot.simulation.body().warm_start.self_contacts.pressed_pairs(robot.robot().link_count()) as f64
         }),
         float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
-            robot.forces.own.iter().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()
+            robot.largest_self_contact_force()
         }),
     ];
     const STATE: &'static [Quantity<Self>] = planar_state::STATE;
@@ -87,7 +56,8 @@ impl RobotModel for PlanarRobot {
         let robot = simulation.robot();
         let entries = planar_entries(config.action_mode, robot.joint_count(), config.reach());
         let reference = ReferenceGenerator::new(entries, config.default_gait(), config.control_period);
-        Ok(Self { forces: PlanarForces::zero(robot.link_count()), simulation, reference, imu_link: config.imu_link })
+        let (period, accelerometer) = (config.control_period, Accelerometer::default());
+        Ok(Self { simulation, reference, period, accelerometer, imu_link: config.imu_link })
     }
 
     common_methods!();
@@ -101,7 +71,7 @@ impl RobotModel for PlanarRobot {
         }
         let locked = self.simulation.robot().locked();
         self.reference.lock(locked.map(|joint| Held { joint, angle: [joint_angle[joint], 0.0] }));
-        self.forces.clear();
+        self.accelerometer = Accelerometer::default();
     }
 
     fn strike(&mut self, link: usize, impulse: &Vector3<f64>) {
@@ -109,18 +79,10 @@ impl RobotModel for PlanarRobot {
         self.simulation.body_mut().state.twist[link] += impulse.xy().push(0.0) / mass;
     }
 
-    fn finish_period(&mut self, period: f64) -> u32 {
+    fn finish_period(&mut self) {
         self.reference.finish_period();
-        self.forces.imu.finish_period(self.simulation.state().twist[self.imu_link].xy().push(0.0), period);
-        self.read_forces(period)
-    }
-
-    fn peg_force(&self) -> &[Vector2<f64>] {
-        &self.forces.peg
-    }
-
-    fn is_pressed(&self, link: usize) -> bool {
-        self.forces.peg[link] != Vector2::zeros()
+        let velocity = self.simulation.state().twist[self.imu_link].xy().push(0.0);
+        self.accelerometer.finish_period(velocity, self.period);
     }
 
     fn motion(&self) -> Motion {
@@ -146,17 +108,17 @@ impl RobotModel for PlanarRobot {
 impl PlanarRobot {
     /// Mean acceleration of the link with the sensor over the last control period, less gravity, world frame \[m/s^2\].
     pub fn specific_force(&self) -> Vector2<f64> {
-        self.forces.imu.acceleration.xy() - self.simulation.system().pull()
+        self.accelerometer.acceleration.xy() - self.simulation.system().pull()
     }
 
     /// Mean force of the pegs on each link over the last control period, to its left \[N\].
-    pub fn lateral_force(&self) -> &[f64] {
-        &self.forces.lateral
-    }
-
-    /// Mean force of the robot's other links on each link over the last control period, world frame \[N\].
-    pub fn self_contact_force(&self) -> &[Vector2<f64>] {
-        &self.forces.own
+    pub fn lateral_force(&self) -> impl Iterator<Item = f64> + '_ {
+        let links = self.obstacle_force().zip(&self.simulation.state().pose);
+        // The left of a link that moves along -e_x^B is -e_y^B.
+        links.map(|(force, pose)| match force == Vector3::zeros() {
+            true => 0.0,
+            false => -force.xy().dot(&Heading::of(pose.z).lateral()),
+        })
     }
 
     /// Keeps references that integrate rates near the joints.
@@ -164,27 +126,4 @@ impl PlanarRobot {
         let (state, gains) = (self.simulation.state(), self.simulation.system().gains());
         self.reference.limit_windup(gains, |joint, _| state.joint_angle(joint));
     }
-
-    /// Mean forces of the last period; returns the number of links that pegs pushed.
-    fn read_forces(&mut self, period: f64) -> u32 {
-        let (simulation, PlanarForces { peg, lateral, own, .. }) = (&self.simulation, &mut self.forces);
-        let mut contacts = 0;
-        let impulses = simulation.contact_impulse().iter().zip(&simulation.state().pose);
-        for ((force, lateral), (impulse, pose)) in peg.iter_mut().zip(lateral).zip(impulses) {
-            *force = mean_force(impulse, period);
-            // The left of a link that moves along -e_x^B is -e_y^B.
-            let pushed = *force != Vector2::zeros();
-            *lateral = if pushed { -force.dot(&Heading::of(pose.z).lateral()) } else { 0.0 };
-            contacts += u32::from(pushed);
-        }
-        own.iter_mut()
-            .zip(simulation.self_contact_impulse())
-            .for_each(|(force, impulse)| *force = mean_force(impulse, period));
-        contacts
-    }
-}
-
-/// Mean horizontal force of an impulse over a period; most links have none.
-fn mean_force(impulse: &Vector3<f64>, period: f64) -> Vector2<f64> {
-    if *impulse == Vector3::zeros() { Vector2::zeros() } else { impulse.xy() / period }
 }

@@ -44,7 +44,9 @@ pub const CONTACT_AND_REFERENCE: &[BlockRow<PlanarRobot>] = &[
         scale: |_| 20.0,
         bound: 4.0,
         memory: true,
-        read: |view, values| values.copy_from_slice(view.model.lateral_force()),
+        read: |view, values| {
+            values.iter_mut().zip(view.model.lateral_force()).for_each(|(value, force)| *value = force);
+        },
     },
     BlockRow {
         name: "reference",

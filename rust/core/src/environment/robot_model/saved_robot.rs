@@ -1,6 +1,5 @@
 //! All that a run changes about a robot of any model.
 
-use std::fmt::Debug;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -10,43 +9,37 @@ use crate::environment::reference::{ReferenceGenerator, ReferenceState};
 use crate::obstacles::{Obstacle, ObstacleGrid, SavedObstacle};
 use crate::robot::Axes;
 use crate::simulation::{SimulatedModel, Simulation, Snapshot};
+use crate::stepping::LinkImpulses;
 
-/// Mean forces on each link over the last control period.
-pub trait MeanForces: Clone + Debug {
-    /// Of a robot of `links` links that nothing touches.
-    fn zero(links: usize) -> Self;
+use super::accelerometer::Accelerometer;
 
-    fn clear(&mut self);
-
-    /// Number of links, if all lists have as many entries.
-    fn links(&self) -> Option<usize>;
-}
-
-/// State of the simulation `S`, joint references, obstacles and mean forces `F`.
+/// State of the simulation `S`, joint references, obstacles, and what happened in the last control period.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SavedRobot<S, F> {
+pub struct SavedRobot<S> {
     /// Of its joints.
     axes: Vec<Axes>,
     simulation: S,
     reference: ReferenceState,
     obstacles: Vec<SavedObstacle>,
-    forces: F,
-    /// Of each obstacle over the last control period, by its number \[N s\].
+    accelerometer: Accelerometer,
+    impulses: LinkImpulses,
+    /// Of each obstacle, by its number \[N s\].
     obstacle_impulse: Vec<Vector3<f64>>,
 }
 
-impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
+impl<M: SimulatedModel> SavedRobot<Snapshot<M>> {
     pub fn save<const AXES: usize>(
         simulation: &Simulation<M>,
         reference: &ReferenceGenerator<AXES>,
-        forces: &F,
+        accelerometer: &Accelerometer,
     ) -> Self {
         Self {
             axes: simulation.robot().axes.clone(),
             simulation: simulation.snapshot(),
             reference: reference.state().clone(),
             obstacles: simulation.body().obstacles.obstacles().into_iter().map(SavedObstacle).collect(),
-            forces: forces.clone(),
+            accelerometer: *accelerometer,
+            impulses: simulation.body().impulses.clone(),
             obstacle_impulse: simulation.obstacle_impulse().to_vec(),
         }
     }
@@ -56,7 +49,7 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
         &self,
         simulation: &mut Simulation<M>,
         reference: &mut ReferenceGenerator<AXES>,
-        forces: &mut F,
+        accelerometer: &mut Accelerometer,
     ) -> bool {
         let links = simulation.robot().link_count();
         if !self.obstacles.iter().all(|SavedObstacle(obstacle)| obstacle.validate().is_ok()) {
@@ -71,8 +64,10 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
         if fits {
             simulation.set_obstacles(obstacles);
             simulation.restore(&self.simulation);
-            forces.clone_from(&self.forces);
-            simulation.body_mut().obstacle_impulse.replace(&self.obstacle_impulse);
+            *accelerometer = self.accelerometer;
+            let body = simulation.body_mut();
+            body.impulses.clone_from(&self.impulses);
+            body.obstacle_impulse.replace(&self.obstacle_impulse);
         }
         fits
     }
@@ -83,13 +78,8 @@ impl<M: SimulatedModel, F: MeanForces> SavedRobot<Snapshot<M>, F> {
         if present.obstacles() == saved { present.clone() } else { ObstacleGrid::of(&saved).into() }
     }
 
-    /// Number of links of the robot, if all lists of forces agree on it.
+    /// Number of links of the robot, if all lists of impulses agree on it.
     pub fn links(&self) -> Option<usize> {
-        self.forces.links()
+        self.impulses.links()
     }
-}
-
-/// The common length of lists, if they have one.
-pub fn common_length<const N: usize>(lengths: [usize; N]) -> Option<usize> {
-    lengths.windows(2).all(|pair| pair[0] == pair[1]).then(|| lengths[0])
 }

@@ -3,7 +3,6 @@
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Vector2, Vector3};
-use serde::{Deserialize, Serialize};
 
 use crate::error::ConfigError;
 use crate::simulation::{SpatialSimulation, SpatialSnapshot};
@@ -11,7 +10,7 @@ use crate::spatial::{Pose, Spatial, SpatialState, orientation_of, turning};
 
 use super::accelerometer::Accelerometer;
 use super::common_methods::common_methods;
-use super::saved_robot::{MeanForces, SavedRobot, common_length};
+use super::saved_robot::SavedRobot;
 use super::{RobotModel, spatial_observation, spatial_state};
 use crate::environment::action::spatial_entries;
 use crate::environment::config::{EnvConfig, ModelKind};
@@ -31,54 +30,14 @@ pub struct SpatialRobot {
     pub reference: ReferenceGenerator<2>,
     /// (yaw, pitch) of the joints at the start \[rad\].
     posture: Vec<Vector2<f64>>,
-    forces: SpatialForces,
+    period: f64,
+    accelerometer: Accelerometer,
     /// The link with the inertial sensors, from 0.
     pub imu_link: usize,
 }
 
-/// Mean forces on each link over the last control period, and what the accelerometer feels of them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SpatialForces {
-    /// Of the obstacles on each link, x and y in frame I, and z \[N\].
-    peg: Vec<Vector2<f64>>,
-    lift: Vec<f64>,
-    /// Normal force of the ground on each link \[N\], and of top faces.
-    ground: Vec<f64>,
-    top: Vec<f64>,
-    /// Of the robot's other links on each link, frame I \[N\].
-    own: Vec<Vector3<f64>>,
-    #[serde(rename = "head")]
-    imu: Accelerometer,
-}
-
-impl MeanForces for SpatialForces {
-    fn zero(links: usize) -> Self {
-        Self {
-            peg: vec![Vector2::zeros(); links],
-            lift: vec![0.0; links],
-            ground: vec![0.0; links],
-            top: vec![0.0; links],
-            own: vec![Vector3::zeros(); links],
-            imu: Accelerometer::default(),
-        }
-    }
-
-    fn clear(&mut self) {
-        self.peg.fill(Vector2::zeros());
-        self.lift.fill(0.0);
-        self.ground.fill(0.0);
-        self.top.fill(0.0);
-        self.own.fill(Vector3::zeros());
-        self.imu = Accelerometer::default();
-    }
-
-    fn links(&self) -> Option<usize> {
-        common_length([self.peg.len(), self.lift.len(), self.ground.len(), self.top.len(), self.own.len()])
-    }
-}
-
 /// All that a run changes about a robot of the spatial model.
-pub type SpatialRobotState = SavedRobot<SpatialSnapshot, SpatialForces>;
+pub type SpatialRobotState = SavedRobot<SpatialSnapshot>;
 
 /// Attitude of the body as a whole.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -112,7 +71,7 @@ impl RobotModel for SpatialRobot {
             robot.simulation.body().warm_start.last.contacts.pressed_pairs(robot.robot().link_count()) as f64
         }),
         float("self_contact_force", "N", "largest mean force of the other links on a link in this step", |robot| {
-            robot.self_contact_force().iter().map(|force| force.norm_squared()).fold(0.0, f64::max).sqrt()
+            robot.largest_self_contact_force()
         }),
         integer("overbent", "joints bent beyond a right angle: none unless `joint_limit` allows it", |robot| {
             robot.overbent() as f64
@@ -123,14 +82,14 @@ impl RobotModel for SpatialRobot {
         let scene = config.scene(Vec::new());
         let simulation = SpatialSimulation::new(&config.robot, &scene, &config.controller(), &config.integrator)?;
         let robot = simulation.robot();
-        let (links, joints) = (robot.link_count(), robot.joint_count());
         let gait = config.default_gait();
         let entries = spatial_entries(config.action_mode, &gait, &robot.axes, config.reach());
         Ok(Self {
             reference: ReferenceGenerator::new(entries, gait, config.control_period).on(&robot.axes),
-            posture: vec![Vector2::zeros(); joints],
-            forces: SpatialForces::zero(links),
+            posture: vec![Vector2::zeros(); robot.joint_count()],
             simulation,
+            period: config.control_period,
+            accelerometer: Accelerometer::default(),
             imu_link: config.imu_link,
         })
     }
@@ -150,7 +109,7 @@ impl RobotModel for SpatialRobot {
             self.reference.rest_bent(|joint, axis| self.posture[joint][axis]);
         }
         self.lock_joints();
-        self.forces.clear();
+        self.accelerometer = Accelerometer::default();
     }
 
     fn raise(&mut self, chain: &RaisedChain) {
@@ -173,29 +132,10 @@ impl RobotModel for SpatialRobot {
         velocity += impulse / mass;
     }
 
-    fn finish_period(&mut self, period: f64) -> u32 {
+    fn finish_period(&mut self) {
         self.reference.finish_period();
-        self.forces.imu.finish_period(self.simulation.state().twist[self.imu_link].fixed_rows::<3>(0).into(), period);
-        let SpatialForces { ground, top, .. } = &mut self.forces;
-        let forces = ground.iter_mut().chain(top);
-        let impulses = self.simulation.ground_impulse().iter().chain(&self.simulation.body().top_impulse);
-        forces.zip(impulses).for_each(|(force, impulse)| *force = impulse / period);
-        let SpatialForces { peg, lift, .. } = &mut self.forces;
-        for ((force, lift), impulse) in peg.iter_mut().zip(lift).zip(self.simulation.contact_impulse()) {
-            (*force, *lift) = (impulse.xy() / period, impulse.z / period);
-        }
-        for (force, impulse) in self.forces.own.iter_mut().zip(self.simulation.self_contact_impulse()) {
-            *force = impulse / period;
-        }
-        self.obstacle_force().map(|force| u32::from(force != Vector3::zeros())).sum()
-    }
-
-    fn peg_force(&self) -> &[Vector2<f64>] {
-        &self.forces.peg
-    }
-
-    fn is_pressed(&self, link: usize) -> bool {
-        self.forces.peg[link] != Vector2::zeros() || self.forces.lift[link] != 0.0
+        let velocity = self.simulation.state().twist[self.imu_link].fixed_rows::<3>(0).into();
+        self.accelerometer.finish_period(velocity, self.period);
     }
 
     fn height(&self, link: usize) -> f64 {
@@ -241,27 +181,17 @@ impl RobotModel for SpatialRobot {
 impl SpatialRobot {
     /// Mean acceleration of the link with the sensor over the last control period, less gravity, world frame \[m/s^2\].
     pub fn specific_force(&self) -> Vector3<f64> {
-        self.forces.imu.acceleration - self.simulation.system().gravity
-    }
-
-    /// Mean force of the robot's other links on each link over the last control period, frame I \[N\].
-    pub fn self_contact_force(&self) -> &[Vector3<f64>] {
-        &self.forces.own
-    }
-
-    /// Mean force of the obstacles on each link over the last control period, frame I \[N\].
-    pub fn obstacle_force(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
-        self.forces.peg.iter().zip(&self.forces.lift).map(|(force, lift)| force.push(*lift))
+        self.accelerometer.acceleration - self.simulation.system().gravity
     }
 
     /// Mean normal force of the ground on each link over the last control period \[N\].
-    pub fn normal_force(&self) -> &[f64] {
-        &self.forces.ground
+    pub fn normal_force(&self) -> impl Iterator<Item = f64> + '_ {
+        self.simulation.ground_impulse().iter().map(|impulse| impulse / self.period)
     }
 
     /// The same with that of top faces: what a sensor under the link feels \[N\].
     pub fn force_from_below(&self) -> impl Iterator<Item = f64> + '_ {
-        self.forces.ground.iter().zip(&self.forces.top).map(|(ground, top)| ground + top)
+        self.normal_force().zip(&self.simulation.body().impulses.top).map(|(ground, top)| ground + top / self.period)
     }
 
     /// Angles of the joints, zero about axes that they do not have \[rad\].

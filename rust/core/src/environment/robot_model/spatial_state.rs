@@ -2,6 +2,7 @@
 
 use crate::environment::Environment;
 use crate::environment::quantity::{Quantity, write_rows};
+use crate::environment::robot_model::RobotModel;
 use crate::robot::Robot;
 use crate::spatial::{SpatialState, turning};
 
@@ -83,7 +84,7 @@ pub const STATE: &[Quantity<SpatialRobot>] = &[
         description: "force of the robot's other links on each link, averaged over the last control period",
         shape: |robot| vec![robot.link_count(), 3],
         read: |environment, value| {
-            write_rows(value, environment.model().self_contact_force().iter().map(|f| [f.x, f.y, f.z]));
+            write_rows(value, environment.model().self_contact_force().map(Into::into));
         },
     },
     Quantity {
@@ -91,7 +92,9 @@ pub const STATE: &[Quantity<SpatialRobot>] = &[
         unit: "N",
         description: "normal force of the ground on each link, averaged over the last control period",
         shape: |robot| vec![robot.link_count()],
-        read: |environment, value| value.copy_from_slice(environment.model().normal_force()),
+        read: |environment, value| {
+            value.iter_mut().zip(environment.model().normal_force()).for_each(|(value, force)| *value = force);
+        },
     },
 ];
 

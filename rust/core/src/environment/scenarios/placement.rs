@@ -16,7 +16,8 @@ use crate::scene::Peg;
 /// Pegs and posture of the current episode.
 #[derive(Debug, Clone)]
 pub struct Placement {
-    robot: Robot,
+    /// Shared by copies.
+    robot: Arc<Robot>,
     /// The drawn ones.
     pub pegs: Vec<Peg>,
     /// The obstacles of a prescribed scene, which replace them.
@@ -38,7 +39,7 @@ impl Placement {
             joint_angle: vec![0.0; robot.joint_count()],
             pose: vec![Pose::zeros(); robot.link_count()],
             raised: None,
-            robot: robot.clone(),
+            robot: Arc::new(robot.clone()),
         }
     }
 

@@ -23,7 +23,7 @@ impl<T: Real> Workspace<T> {
         if self.room == 0 {
             return;
         }
-        let (chain, gravity) = (members.system.robot.link_count(), members.system.gravity());
+        let (chain, gravity) = (members.system.robot.link_count(), members.system.gravity);
         for lane in 0..T::LANES {
             let Body { state, warm_start, obstacles, .. } = members.body(lane);
             let is_awake = |number: usize| {
@@ -32,7 +32,7 @@ impl<T: Real> Workspace<T> {
             };
             self.awake.begin(lane, state.movables.len(), is_awake);
             let radii = obstacles.movables().iter().map(|movable| movable.link.radius);
-            let smallest = radii.fold(members.system.smallest_radius(), f64::min);
+            let smallest = radii.fold(members.system.smallest_radius, f64::min);
             Real::set_lane(&mut self.motion.smallest_radius, lane, smallest);
         }
         self.has_springs = members.any(|body| body.obstacles.movables().iter().any(|one| one.spring.is_some()));

@@ -8,12 +8,11 @@ use crate::math::{Real, add_scaled, select_into};
 use crate::planar::energy::work_of;
 use crate::planar::io_drive::IoInput;
 use crate::planar::{StageJoint, StageLink, certify, is_plausible, mean_twist, travel};
-use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::stepping::sdirk::{EXTRAPOLATION, GAMMA};
 use crate::stepping::{MovedAxis, SolvedMotion, SolvedStage, StageKernels};
 
-use super::drives::Drives;
 use super::motion_bound::MotionBound;
+use super::references::References;
 use super::{Motion, StageResult, Workspace};
 use crate::planar::contact_friction::solve_with_contact_friction;
 
@@ -36,7 +35,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
     /// Joint references along the wave, whose phase is turned from joint to joint.
     #[inline(always)]
     fn follow_waves(&mut self) {
-        let Drives { wave, target, .. } = &mut self.drives;
+        let References { wave, target, .. } = &mut self.references;
         let (mut phase, phase_shift) = (wave.phase.sin_cos(), wave.phase_shift.value.sin_cos());
         for (joint, target) in target.iter_mut().enumerate() {
             *target = wave.joint(joint, phase);
@@ -242,61 +241,20 @@ impl<T: Real> Workspace<T> {
 
     #[inline(always)]
     fn fill_joints(&mut self) {
-        let Some(io) = &mut self.drives.io else { return self.fill_pd() };
-        let input = IoInput {
-            heading: &self.motion.heading,
-            base: &self.motion.base,
-            reference: &self.motion.reference,
-            guess: &self.motion.guess,
-            target: &self.drives.target,
-            gains: &self.drives.gains[0],
-            strength: self.drives.strength,
-            coefficient: self.stage.coefficient,
+        let Self { motion: Motion { heading, base, reference, guess, .. }, references, drives, io, stage, .. } = self;
+        let (c, target) = (stage.coefficient, &references.target);
+        let Some(io) = io else {
+            stage.joints.resize(target.len(), StageJoint::none());
+            return drives.fill(
+                c,
+                #[inline(always)]
+                |joint| [target[joint].value - (base[joint + 1].z - base[joint].z), target[joint].rate],
+                &mut stage.joints,
+            );
         };
-        io.fill(&input, &mut self.stage.joints);
-    }
-
-    /// The PD torque (T 3.51 != D3) at the end of the stage, where phi = phi_base + c omega_J, is linear in
-    /// omega_J.
-    #[inline(always)]
-    fn fill_pd(&mut self) {
-        let c = self.stage.coefficient;
-        self.stage.joints.clear();
-        for (j, (target, gains)) in self.drives.target.iter().zip(&self.drives.gains).enumerate() {
-            let error = target.value - (self.motion.base[j + 1].z - self.motion.base[j].z);
-            let [drive, stiffness, limit] = gains.stage(c, self.drives.strength, error, target.rate);
-            self.stage.joints.push(StageJoint { drive, stiffness, limit, slack: T::zero() });
-        }
-        if self.drives.has_own_torques {
-            for (joint, torque) in self.stage.joints.iter_mut().zip(&self.drives.own_torque) {
-                joint.drive += c * *torque;
-            }
-        }
-        if self.drives.backlash.is_any {
-            for (j, (joint, gains)) in self.stage.joints.iter_mut().zip(&self.drives.gains).enumerate() {
-                let (loss, slack) = self.drives.backlash.dead_zone(j, c, gains.kd, joint.stiffness);
-                joint.drive -= loss;
-                joint.slack = slack;
-            }
-        }
-        self.replace_broken_joints();
-    }
-
-    /// A locked joint is held at its reference, the angle at which it broke, by a stiff spring without play or limit; a
-    /// limp one has no torque.
-    #[inline(always)]
-    fn replace_broken_joints(&mut self) {
-        let (c, zero) = (self.stage.coefficient, T::zero());
-        for (j, breakage) in &self.drives.broken {
-            let error = self.drives.target[*j].value - (self.motion.base[j + 1].z - self.motion.base[*j].z);
-            let stiffness = match breakage {
-                Breakage::Locked => T::splat(LOCK_STIFFNESS) * c,
-                Breakage::Limp => zero,
-            };
-            let limit = T::splat(f64::INFINITY);
-            self.stage.joints[*j] =
-                StageJoint { drive: stiffness * error, stiffness: stiffness * c, limit, slack: zero };
-        }
+        let (gains, strength) = (&drives.gains[0], drives.strength);
+        let input = IoInput { heading, base, reference, guess, target, gains, strength, coefficient: c };
+        io.fill(&input, &mut stage.joints);
     }
 
     #[inline(always)]

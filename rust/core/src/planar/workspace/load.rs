@@ -19,7 +19,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.load_variations(members);
         let (system, parameters) = (members.system, |lane| &members.body(lane).parameters);
         self.drives.backlash.load(|lane| (parameters(lane).backlash, &members.body(lane).warm_start.backlash));
-        self.shares.load(|lane| system.stribeck().drop + parameters(lane).stribeck);
+        self.shares.load(|lane| system.stribeck.drop + parameters(lane).stribeck);
         self.joint_stops.load(|lane| &members.body(lane).warm_start.joint_stops);
         self.motors.load(|lane| (parameters(lane).torque_limit, &members.body(lane).warm_start.gear_friction));
         self.has_obstacles = members.any(|body| !body.obstacles.is_unbounded());
@@ -69,7 +69,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         for (lane, waving) in waving.iter_mut().enumerate().take(T::LANES) {
             let robot = members.robot(lane);
             if let Some(wave) = robot.reference.travelling_wave(robot.body.state.time + end.lane(lane)) {
-                self.drives.wave.set_lane(lane, &wave);
+                self.references.wave.set_lane(lane, &wave);
                 *waving = true;
             }
         }
@@ -77,27 +77,11 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn read_references(&mut self, members: &Members<Planar>, end: T, waving: Lanes) {
-        self.drives.has_own_torques = false;
-        for (lane, is_waving) in waving.into_iter().enumerate().take(T::LANES) {
+        self.drives.read(members, &members.system.controller, end);
+        for lane in (0..T::LANES).filter(|lane| !waving[*lane]) {
             let robot = members.robot(lane);
-            let time = robot.body.state.time + end.lane(lane);
-            let share = robot.body.parameters.torque_limit;
-            let acts = members.system.controller.acts_until(time);
-            self.drives.strength.set_lane(lane, if acts { share } else { 0.0 });
-            if robot.reference.torques(time, &mut self.drives.torques) {
-                // Zero for the robots of the register that have none.
-                if !std::mem::replace(&mut self.drives.has_own_torques, true) {
-                    self.drives.own_torque.fill(T::zero());
-                }
-                for (lanes, torque) in self.drives.own_torque.iter_mut().zip(&self.drives.torques) {
-                    lanes.set_lane(lane, *torque);
-                }
-            }
-            if is_waving {
-                continue;
-            }
-            robot.reference.targets(time, &mut self.drives.targets);
-            for (lanes, target) in self.drives.target.iter_mut().zip(&self.drives.targets) {
+            robot.reference.targets(robot.body.state.time + end.lane(lane), &mut self.references.targets);
+            for (lanes, target) in self.references.target.iter_mut().zip(&self.references.targets) {
                 lanes.value.set_lane(lane, target.angle);
                 lanes.rate.set_lane(lane, target.rate);
                 lanes.acceleration.set_lane(lane, target.acceleration);

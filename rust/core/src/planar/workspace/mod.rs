@@ -1,29 +1,31 @@
 //! The current stage over lanes: its data, how it is built, and what follows from its solution.
 
 mod bodies;
-mod drives;
 mod kernels;
 mod load;
 mod motion;
 mod motion_bound;
+mod references;
 mod results;
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::control::ControlLaw;
 use crate::math::{MAX_LANES, Mask, Real, laned};
 use crate::obstacles::Movable;
 use crate::planar::{Newton, PlanarSystem, Stage, StageSolution};
 use crate::robot::Link;
 use crate::stepping::lanes::{Lanes, NO_LANES};
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Awake, Closings, EnergyLedger, FrictionShares, JointStops, Motors, StageSpring};
+use crate::stepping::{Awake, Closings, Drives, EnergyLedger, FrictionShares, JointStops, Motors, StageSpring};
 
 use super::contacts::Contacts;
+use super::io_drive::IoDrive;
 use super::lane_fallback::LaneFallback;
 use super::self_contact::SelfContactDetection;
 
-use drives::Drives;
 pub use motion::{Motion, StageKinematics};
+use references::References;
 
 /// Data of the current stage, for as many robots as `T` has lanes.
 pub struct Workspace<T: Real> {
@@ -45,7 +47,10 @@ pub struct Workspace<T: Real> {
     /// Zero for each link.
     at_rest: Vec<Vector3<T>>,
     pub motion: Motion<T>,
+    pub references: References<T>,
     pub drives: Drives<T>,
+    /// Input-output linearisation instead of PD.
+    io: Option<IoDrive<T>>,
     pub shares: FrictionShares<T>,
     /// Whether any robot's scene has obstacles; without them it does not matter how far a robot moves.
     pub has_obstacles: bool,
@@ -155,8 +160,10 @@ impl<T: Real> Workspace<T> {
             pull: system.pull().map(T::splat),
             at_rest: rest.clone(),
             motion: Motion::new(system, movables),
-            drives: Drives::new(system),
-            shares: FrictionShares::new(links, system.stribeck().speed, system.patches()),
+            references: References::new(links - 1),
+            drives: Drives::new(&system.robot, system.gains(), 1),
+            io: (system.controller.law == ControlLaw::Io).then(|| IoDrive::new(system)),
+            shares: FrictionShares::new(links, system.stribeck.speed, &system.patches),
             has_obstacles: false,
             among_obstacles: T::Mask::of(|_| false),
             near_obstacles: NO_LANES,
@@ -168,7 +175,7 @@ impl<T: Real> Workspace<T> {
             friction_force: vec![Vector2::new(zero, zero); nodes],
             spin_torque: vec![zero; if resists_spin || movables > 0 { nodes } else { 0 }],
             actuator_torque: vec![zero; links - 1],
-            stage: Stage { skin: system.skin(), ..Stage::with_capacity(nodes) },
+            stage: Stage { skin: system.skin, ..Stage::with_capacity(nodes) },
             solution: StageSolution { actuator: vec![zero; links - 1], ..StageSolution::new(nodes) },
             newton: Newton::new(nodes),
             fallback: LaneFallback::new(nodes),

@@ -52,7 +52,7 @@ impl<T: Real> Motion<T> {
         let rest = vec![Vector3::new(zero, zero, zero); links.len() + movables];
         Self {
             arms: links.iter().map(|link| link.arms().map(T::splat)).collect(),
-            smallest_radius: T::splat(system.smallest_radius()),
+            smallest_radius: T::splat(system.smallest_radius),
             start_pose: rest.clone(),
             start_twist: rest.clone(),
             base: rest.clone(),

@@ -18,7 +18,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     type Model = Planar;
 
     fn fall_back(&mut self, lane: usize, tolerance: f64, effort: Effort) -> Option<FallbackResult> {
-        let nodes = self.drives.target.len() + 1 + self.awake.of(lane).len();
+        let nodes = self.motion.arms.len() + self.awake.of(lane).len();
         self.fallback.solve_lane(&self.stage, &mut self.solution, (lane, nodes), tolerance, effort)
     }
 
@@ -119,7 +119,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
 impl<T: Real> Workspace<T> {
     /// Where what can be pushed is, and how it moves; what sleeps lies still.
     fn keep_bodies(&self, system: &PlanarSystem, lane: usize, body: &mut Body) {
-        let (chain, gravity) = (system.robot.link_count(), system.gravity());
+        let (chain, gravity) = (system.robot.link_count(), system.gravity);
         let Body { state, warm_start, obstacles, .. } = body;
         for (node, &number) in (chain..).zip(self.awake.of(lane)) {
             let [pose, twist] = [&self.result.end, &self.result.twist].map(|of_all| of_all[node].lane(lane));

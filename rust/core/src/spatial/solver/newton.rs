@@ -162,8 +162,8 @@ impl<T: Real> Newton<T> {
         self.self_contacts.release();
     }
 
-    /// One Newton step from `here` in the lanes that move, damped where the solve does not converge yet. The friction radii
-    /// follow the normal impulses, unless the step overshoots, the stage is hard, or an impulse is implausible: those of
+    /// One Newton step from `here` in the lanes that move, damped where it is searched for and overshoots. The friction radii
+    /// follow the normal impulses, unless the step is damped, the stage is hard, or an impulse is implausible: those of
     /// contacts that close during the step are as large as their penalties make them.
     #[inline(always)]
     fn descend(&mut self, here: &Assembly<T>, progress: &mut Progress<T>) -> Assembly<T> {

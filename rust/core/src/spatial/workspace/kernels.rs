@@ -4,7 +4,6 @@ use nalgebra::Vector2;
 
 use crate::contact::recovery::{RECOVERY_SPEED, RECOVERY_TIME};
 use crate::math::{Mask, Real, select_into};
-use crate::robot::{Breakage, LOCK_STIFFNESS};
 use crate::spatial::energy::work_of;
 use crate::spatial::spatial_vector::scaled;
 use crate::spatial::{Frame, StageDrive, StageLink, StageSolution, Twist, certify, stopping};
@@ -285,51 +284,17 @@ impl<T: Real> Workspace<T> {
         }
     }
 
-    /// The PD torque (T 4.101)-(T 4.102) at the end of the stage, where phi = phi_base + c phi', is linear in phi'.
     #[inline(always)]
     fn fill_joints(&mut self) {
-        let c = self.stage.coefficient;
-        let strength = self.drives.strength;
-        self.stage.joints.clear();
-        for ((base, target), gains) in self.motion.base.angle.iter().zip(&self.drives.target).zip(&self.drives.gains) {
-            let mut drives = [StageDrive::none(); 2];
-            for axis in 0..2 {
-                let [angle, rate] = target[axis];
-                let [drive, stiffness, limit] = gains[axis].stage(c, strength, angle - base[axis], rate);
-                drives[axis] = StageDrive { drive, stiffness, limit, slack: T::zero() };
-            }
-            self.stage.joints.push(drives);
-        }
-        if self.drives.has_own_torques {
-            for (joint, torques) in self.stage.joints.iter_mut().zip(&self.drives.own_torque) {
-                joint[0].drive += c * torques[0];
-                joint[1].drive += c * torques[1];
-            }
-        }
-        if self.drives.backlash.is_any {
-            for (j, (joint, gains)) in self.stage.joints.iter_mut().zip(&self.drives.gains).enumerate() {
-                for (axis, (drive, gains)) in joint.iter_mut().zip(gains).enumerate() {
-                    let (loss, slack) = self.drives.backlash.dead_zone(2 * j + axis, c, gains.kd, drive.stiffness);
-                    drive.drive -= loss;
-                    drive.slack = slack;
-                }
-            }
-        }
-        // A locked joint is held at its reference, the angles at which it broke, by stiff springs without play or limit.
-        for (j, breakage) in &self.drives.broken {
-            let stiffness = match breakage {
-                Breakage::Locked => T::splat(LOCK_STIFFNESS) * c,
-                Breakage::Limp => T::zero(),
-            };
-            for axis in 0..2 {
-                let error = self.drives.target[*j][axis][0] - self.motion.base.angle[*j][axis];
-                let (drive, limit) = (stiffness * error, T::splat(f64::INFINITY));
-                self.stage.joints[*j][axis] = StageDrive { drive, stiffness: stiffness * c, limit, slack: T::zero() };
-            }
-        }
-        for &(j, axis) in &self.drives.absent {
-            self.stage.joints[j][axis] = StageDrive::none();
-        }
+        let Self { motion, target, drives, stage, .. } = self;
+        stage.joints.resize(target.len(), [StageDrive::none(); 2]);
+        let (target, base) = (target.as_flattened(), motion.base.angle.as_flattened());
+        drives.fill(
+            stage.coefficient,
+            #[inline(always)]
+            |axis| [target[axis][0] - base[axis], target[axis][1]],
+            stage.joints.as_flattened_mut(),
+        );
     }
 }
 

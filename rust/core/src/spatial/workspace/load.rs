@@ -52,30 +52,16 @@ impl<T: Real> StageInput<T> for Workspace<T> {
     }
 
     fn read_references(&mut self, members: &Members<Spatial>, end: T, _: Lanes) {
-        self.drives.has_own_torques = false;
+        self.drives.read(members, &members.system.controller, end);
         for lane in 0..T::LANES {
             let robot = members.robot(lane);
-            let time = robot.body.state.time + end.lane(lane);
-            robot.reference.targets(time, &mut self.drives.targets);
-            for (lanes, CardanTarget { yaw, pitch }) in self.drives.target.iter_mut().zip(&self.drives.targets) {
+            robot.reference.targets(robot.body.state.time + end.lane(lane), &mut self.targets);
+            for (lanes, CardanTarget { yaw, pitch }) in self.target.iter_mut().zip(&self.targets) {
                 for (lanes, target) in lanes.iter_mut().zip([yaw, pitch]) {
                     lanes[0].set_lane(lane, target.angle);
                     lanes[1].set_lane(lane, target.rate);
                 }
             }
-            if robot.reference.torques(time, &mut self.drives.torques) {
-                // Zero for the robots of the register that have none.
-                if !std::mem::replace(&mut self.drives.has_own_torques, true) {
-                    self.drives.own_torque.fill([T::zero(); 2]);
-                }
-                for (lanes, torques) in self.drives.own_torque.iter_mut().zip(self.drives.torques.chunks_exact(2)) {
-                    lanes[0].set_lane(lane, torques[0]);
-                    lanes[1].set_lane(lane, torques[1]);
-                }
-            }
-            let share = robot.body.parameters.torque_limit;
-            let acts = members.system.controller.acts_until(time);
-            self.drives.strength.set_lane(lane, if acts { share } else { 0.0 });
         }
     }
 

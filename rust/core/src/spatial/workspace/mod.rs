@@ -1,7 +1,6 @@
 //! The current stage over lanes: its data, how it is built, and what follows from its solution.
 
 mod bodies;
-mod drives;
 mod kernels;
 mod load;
 mod motion;
@@ -13,6 +12,7 @@ pub use motion::{Motion, StageKinematics};
 use nalgebra::{Vector2, Vector3};
 
 use crate::contact::ContactMemory;
+use crate::gait::CardanTarget;
 use crate::math::{MAX_LANES, Mask, Real};
 use crate::robot::Link;
 use crate::spatial::spatial_vector::zero_vector;
@@ -21,7 +21,7 @@ use crate::spatial::{
     StageSolution,
 };
 use crate::stepping::penetration::Sinking;
-use crate::stepping::{Awake, Closings, EnergyLedger, FrictionShares, JointStops, Motors};
+use crate::stepping::{Awake, Closings, Drives, EnergyLedger, FrictionShares, JointStops, Motors};
 
 use super::chain_state::GroundForces;
 use super::lane_fallback::LaneFallback;
@@ -31,7 +31,6 @@ use super::self_contact::SelfContactDetection;
 use super::support::Support;
 
 use bodies::StageMovable;
-use drives::Drives;
 
 /// Data of the current stage, for as many robots as `T` has lanes.
 pub struct Workspace<T: Real> {
@@ -42,6 +41,9 @@ pub struct Workspace<T: Real> {
     /// Whether a lane's robot differs from the system's in mass or friction.
     is_varied: bool,
     pub motion: Motion<T>,
+    /// References at the end of the stage, angle and rate of yaw and pitch of each joint, and those of one robot.
+    target: Vec<[[T; 2]; 2]>,
+    targets: Vec<CardanTarget>,
     drives: Drives<T>,
     /// Obstacles that can be pushed: as many as the robot of any lane has had, those that are awake, and their nodes behind the
     /// chain. A lane that has fewer than others has absent ones, which rest and touch nothing.
@@ -121,7 +123,9 @@ impl<T: Real> Workspace<T> {
             gravity: system.gravity.map(T::splat),
             is_varied: false,
             motion: Motion::new(system, movables),
-            drives: Drives::new(system),
+            target: vec![[[zero; 2]; 2]; links - 1],
+            targets: vec![CardanTarget::default(); links - 1],
+            drives: Drives::new(&system.robot, system.gains(), 2),
             room: movables,
             awake: Awake::none(),
             movables: Vec::with_capacity(movables),

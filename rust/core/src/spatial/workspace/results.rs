@@ -123,14 +123,14 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
     }
 
     fn add_first_stage(&self, lane: usize, weight: f64, body: &mut SpatialBody) {
-        for (sum, impulse) in body.ground_impulse.iter_mut().zip(&self.first_ground) {
+        for (sum, impulse) in body.impulses.ground.iter_mut().zip(&self.first_ground) {
             *sum += impulse.lane(lane) * weight;
         }
     }
 
     fn accept(&mut self, system: &SpatialSystem, lane: usize, body: &mut SpatialBody) {
         let c = self.stage.coefficient.lane(lane);
-        let SpatialBody { warm_start: state, ground_impulse, obstacles, .. } = body;
+        let SpatialBody { warm_start: state, impulses, obstacles, .. } = body;
         state.last.began_at_rest = is_at_rest(&state.velocity);
         self.result.arrival.read_lane(lane, &mut state.configuration);
         state.near.advance(self.motion.way.lane(lane));
@@ -142,7 +142,7 @@ impl<T: Real> StageOutput<T> for Workspace<T> {
         self.keep_forces(lane, state);
         self.keep_bodies(system, lane, obstacles.movables(), state);
         state.end_step();
-        for (link, sum) in ground_impulse.iter_mut().enumerate() {
+        for (link, sum) in impulses.ground.iter_mut().enumerate() {
             *sum += self.ground_impulse(lane, link);
         }
         for (torque, drive) in state.last.joint_torque.iter_mut().zip(&self.result.kept.actuator) {
