@@ -2,7 +2,8 @@
 //!
 //! P = prox_C(P_centre - r gamma) is the gradient of a smooth convex function of the velocity gamma; its derivative is
 //! a generalised Hessian of rank one or two. Around the multiplier zero it is the law with a compliance 1/r; the same r
-//! for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike.
+//! for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike. Stops of joints begin at
+//! their last impulses.
 
 use crate::laws::HalfLine;
 use crate::math::{Mask, Real};
@@ -31,9 +32,14 @@ pub(super) struct StopTerm<T: Real> {
 }
 
 impl<T: Real> StopTerm<T> {
+    /// The multipliers are the impulses before: from zero they would move at the end, by much where a stop holds back an
+    /// actuator, and friction radii would have to settle again.
     #[inline(always)]
     pub fn new(stop: &StageStop<T>, penalty: T, impulse: &[T; 2]) -> Self {
-        let contact = |side: usize| ContactTerm::new(stop.offset[side], penalty, impulse[side]);
+        let contact = |side: usize| ContactTerm {
+            centre: impulse[side],
+            ..ContactTerm::new(stop.offset[side], penalty, impulse[side])
+        };
         Self { stop: *stop, contacts: [contact(0), contact(1)] }
     }
 
