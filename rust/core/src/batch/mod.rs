@@ -280,8 +280,8 @@ impl<M: RobotModel> Batch<M> {
     }
 }
 
-/// Rows to a chunk: whole registers, the same number of chunks for each thread, and not more rows than a cache holds.
-/// The more rows, the fewer lanes are empty where steps are divided.
+/// Rows to a chunk: whole registers as so many rows take them, the same number of chunks for each thread, and not more rows
+/// than a cache holds. The more rows, the fewer lanes are empty where steps are divided.
 fn rows_per_chunk(rows: usize, threads: usize) -> usize {
     let share = rows.div_ceil(threads);
     let rows = share.div_ceil(share.div_ceil(LARGEST_CHUNK));

@@ -1,4 +1,4 @@
-//! The actuators of a stage's robots: their PD laws, in which strength and play, and what they give beside.
+//! The actuators of a stage's robots: their PD laws, strength and play, and the torques that they add to these.
 
 use crate::control::{AxisGains, ControllerConfig};
 use crate::math::Real;
@@ -67,8 +67,8 @@ impl<T: Real> Drives<T> {
     }
 
     /// The PD torque (T 3.51 != D3), (T 4.101)-(T 4.102) of each axis at the end of a stage of coefficient `c`, where phi =
-    /// phi_base + c phi', is linear in phi'. `deviation` is by how much the reference of an axis exceeds phi_base, and its
-    /// rate.
+    /// phi_base + c phi', is linear in phi'. `deviation` is by how much the reference of an axis exceeds phi_base, and the
+    /// rate of the reference.
     #[inline(always)]
     pub fn fill(&self, c: T, deviation: impl Fn(usize) -> [T; 2], rows: &mut [DriveRow<T>]) {
         let (zero, unlimited) = (T::zero(), T::splat(f64::INFINITY));

@@ -115,10 +115,8 @@ impl PlanarRobot {
     pub fn lateral_force(&self) -> impl Iterator<Item = f64> + '_ {
         let links = self.obstacle_force().zip(&self.simulation.state().pose);
         // The left of a link that moves along -e_x^B is -e_y^B.
-        links.map(|(force, pose)| match force == Vector3::zeros() {
-            true => 0.0,
-            false => -force.xy().dot(&Heading::of(pose.z).lateral()),
-        })
+        let lateral = |force: Vector3<f64>, angle| -force.xy().dot(&Heading::of(angle).lateral());
+        links.map(move |(force, pose)| if force == Vector3::zeros() { 0.0 } else { lateral(force, pose.z) })
     }
 
     /// Keeps references that integrate rates near the joints.

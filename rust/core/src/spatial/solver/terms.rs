@@ -2,11 +2,12 @@
 //!
 //! P = prox_C(P_centre - r gamma) is the gradient of a smooth convex function of the velocity gamma; its derivative is
 //! a generalised Hessian of rank one or two. Around the multiplier zero it is the law with a compliance 1/r; the same r
-//! for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike. Stops of joints begin at
-//! their last impulses.
+//! for all contacts selects (T 4.78 != D43) the shortest of all impulses that move the robot alike; for stops of joints
+//! those that are closest to what their actuators give.
 
 use crate::laws::HalfLine;
 use crate::math::{Mask, Real};
+use crate::solver::ActuatorTerm;
 use crate::stepping::StageStop;
 
 use super::sweep::ActuatorModel;
@@ -32,15 +33,18 @@ pub(super) struct StopTerm<T: Real> {
 }
 
 impl<T: Real> StopTerm<T> {
-    /// The multipliers are the impulses before: from zero they would move at the end, by much where a stop holds back an
-    /// actuator, and friction radii would have to settle again.
+    /// The multiplier of a stop that pressed is what the actuator of its axis gives where the stop is just met: from zero it
+    /// would move by much at the end, and friction radii would have to settle again.
     #[inline(always)]
-    pub fn new(stop: &StageStop<T>, penalty: T, impulse: &[T; 2]) -> Self {
-        let contact = |side: usize| ContactTerm {
-            centre: impulse[side],
-            ..ContactTerm::new(stop.offset[side], penalty, impulse[side])
-        };
-        Self { stop: *stop, contacts: [contact(0), contact(1)] }
+    pub fn new(stop: &StageStop<T>, penalty: T, impulse: &[T; 2], actuator: &ActuatorTerm<T>) -> Self {
+        let mut contacts = [0, 1].map(|side| ContactTerm::new(stop.offset[side], penalty, impulse[side]));
+        for (contact, side) in contacts.iter_mut().zip(StageStop::<T>::SIDES) {
+            let side = T::splat(side);
+            let (moment, _) = actuator.at(side * contact.offset / stop.lever);
+            let pressing = (side * moment / stop.lever).max(T::zero());
+            contact.centre = T::select(contact.held, pressing, T::zero());
+        }
+        Self { stop: *stop, contacts }
     }
 
     /// Moves to the rate of the axis, and multipliers to the impulses in the lanes `recentred`; adds moment and stiffness
@@ -132,7 +136,8 @@ impl<T: Real> ContactTerm<T> {
     #[inline(always)]
     pub fn recentre_here(&mut self, gamma: T, stiffness: T, lanes: T::Mask) {
         self.recentre(lanes);
-        self.value = T::select(lanes, self.value - stiffness * (gamma + self.offset), self.value);
+        let value = (self.value - stiffness * (gamma + self.offset)).max(T::zero());
+        self.value = T::select(lanes, value, self.value);
     }
 }
 

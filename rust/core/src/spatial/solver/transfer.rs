@@ -47,8 +47,9 @@ impl<T: Real> Newton<T> {
             }
         }
         self.stops.clear();
-        for (stop, impulse) in stage.stops.iter().zip(&solution.stop) {
-            self.stops.push(StopTerm::new(stop, penalty, impulse));
+        for (axis, (stop, impulse)) in stage.stops.iter().zip(&solution.stop).enumerate() {
+            let actuator = &self.links[axis / 2 + 1].actuators[axis % 2];
+            self.stops.push(StopTerm::new(stop, penalty, impulse, actuator));
         }
         self.motors.clear();
         for (axis, (motor, impulse)) in stage.motors.iter().zip(&solution.gear).enumerate() {
