@@ -11,7 +11,7 @@ use snake_core::scene::SceneConfig;
 use snake_core::simulation::SpatialSimulation;
 use snake_core::spatial::{Pose, SpatialState, joint_angle, joint_axes, orientation_of, turning, twist_of};
 use snake_test_support::planar::{Hold, LIMP, build, ground, implicit as planar_implicit, moving_chain};
-use snake_test_support::spatial::implicit;
+use snake_test_support::spatial::{implicit, undulation};
 
 const LIMIT: f64 = 0.9;
 
@@ -229,6 +229,22 @@ fn a_limit_that_no_joint_meets_changes_nothing() {
         simulation.state().clone()
     };
     assert_eq!(run(1.0), run(f64::INFINITY));
+}
+
+/// Multipliers of stops that hold back actuators begin near their impulses; from zero they would take half as many solves
+/// more.
+#[test]
+fn stops_that_are_met_take_no_more_solves() {
+    let solves = |joint_limit: f64| {
+        let robot = RobotConfig { joint_limit: Some(joint_limit.into()), ..RobotConfig::default() };
+        let mut simulation = lying(&robot, &ground([0.2, 0.2]), &ControllerConfig::default(), 1e-3);
+        let report = simulation.advance(2.0, &undulation());
+        assert!(report.unconverged == 0, "{report:?}");
+        f64::from(report.iterations)
+    };
+    let [apart, met] = [FRAC_PI_2, 0.65].map(solves);
+    println!("{met} solves instead of {apart}");
+    assert!(met < 1.1 * apart, "{met} {apart}");
 }
 
 /// Limp links that swing on frictionless ground strike their stops as in the planar model.
