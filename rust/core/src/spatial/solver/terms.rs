@@ -37,11 +37,12 @@ impl<T: Real> StopTerm<T> {
     /// would move by much at the end, and friction radii would have to settle again.
     #[inline(always)]
     pub fn new(stop: &StageStop<T>, penalty: T, impulse: &[T; 2], actuator: &ActuatorTerm<T>) -> Self {
-        let mut contacts = [0, 1].map(|side| ContactTerm::new(stop.offset[side], penalty, impulse[side]));
-        for (contact, side) in contacts.iter_mut().zip(StageStop::<T>::SIDES) {
-            let side = T::splat(side);
-            let (moment, _) = actuator.at(side * contact.offset / stop.lever);
-            let pressing = (side * moment / stop.lever).max(T::zero());
+        let contact = |side: usize| ContactTerm::new(stop.offset[side], penalty, impulse[side]);
+        let mut contacts = [contact(0), contact(1)];
+        for (side, contact) in contacts.iter_mut().enumerate() {
+            let sign = T::splat(StageStop::<T>::SIDES[side]);
+            let (moment, _) = actuator.at(sign * contact.offset / stop.lever);
+            let pressing = (sign * moment / stop.lever).max(T::zero());
             contact.centre = T::select(contact.held, pressing, T::zero());
         }
         Self { stop: *stop, contacts }
