@@ -371,7 +371,7 @@ impl<M: Shown> Play for Session<M> {
     }
 
     fn contact_force(&self) -> Vec<f64> {
-        self.environment.model().contact_force().iter().flat_map(|force| [force.x, force.y, force.z]).collect()
+        self.environment.model().contact_force().flat_map(|force| [force.x, force.y, force.z]).collect()
     }
 
     fn joint_torque(&self) -> Vec<f64> {

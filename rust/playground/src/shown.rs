@@ -12,9 +12,6 @@ pub trait Shown: RobotModel {
     /// Velocity of the CG of a link \[m/s\].
     fn velocity(&self, link: usize) -> Vector3<f64>;
 
-    /// Mean force of the obstacles on each link over the last control period, frame I \[N\].
-    fn contact_force(&self) -> Vec<Vector3<f64>>;
-
     /// Torques of the actuators, in 3D yaw and pitch of each joint \[N m\].
     fn joint_torque(&self) -> Vec<f64>;
 
@@ -44,10 +41,6 @@ impl Shown for PlanarRobot {
         Vector3::new(twist.x, twist.y, 0.0)
     }
 
-    fn contact_force(&self) -> Vec<Vector3<f64>> {
-        self.obstacle_force().collect()
-    }
-
     fn joint_torque(&self) -> Vec<f64> {
         self.simulation.joint_torque().to_vec()
     }
@@ -61,10 +54,6 @@ impl Shown for SpatialRobot {
 
     fn velocity(&self, link: usize) -> Vector3<f64> {
         self.simulation.state().twist[link].fixed_rows::<3>(0).into_owned()
-    }
-
-    fn contact_force(&self) -> Vec<Vector3<f64>> {
-        self.obstacle_force().collect()
     }
 
     fn joint_torque(&self) -> Vec<f64> {

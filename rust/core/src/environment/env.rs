@@ -207,7 +207,7 @@ impl<M: RobotModel> Environment<M> {
     pub fn end_step(&mut self, observation: &mut [f32]) -> Outcome {
         let report = self.model.report();
         self.model.finish_period();
-        let contacts = (0..self.robot().links.len()).filter(|&link| self.model.is_pressed(link)).count() as u32;
+        let contacts = (0..self.robot().link_count()).filter(|&link| self.model.is_pressed(link)).count() as u32;
         let motion = if report.diverged { self.episode.motion } else { self.model.motion() };
         self.episode.record(&self.rules, motion, &report, self.action_change, contacts);
         self.observe(observation);

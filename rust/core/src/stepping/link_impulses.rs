@@ -1,3 +1,5 @@
+//! What has acted on the links of a robot.
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 

@@ -231,8 +231,8 @@ fn a_limit_that_no_joint_meets_changes_nothing() {
     assert_eq!(run(1.0), run(f64::INFINITY));
 }
 
-/// Multipliers of stops that hold back actuators begin near their impulses; from zero they would take half as many solves
-/// more.
+/// Multipliers of stops that hold back actuators begin near their impulses: friction radii need not settle again once they
+/// move.
 #[test]
 fn stops_that_are_met_take_no_more_solves() {
     let solves = |joint_limit: f64| {

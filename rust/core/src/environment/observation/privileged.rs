@@ -54,7 +54,7 @@ impl<M: RobotModel> BlockRow<M> {
             bound: 16.0,
             memory: false,
             read: |view, values| {
-                for (i, (values, force)) in values.chunks_exact_mut(2).zip(view.model.obstacle_force()).enumerate() {
+                for (i, (values, force)) in values.chunks_exact_mut(2).zip(view.model.contact_force()).enumerate() {
                     // Link 1 leads: forward is against the axis of the link, and the left is a quarter turn on.
                     let (sin, cos) = view.model.link(i).angle.sin_cos();
                     values.copy_from_slice(&[-(cos * force.x + sin * force.y), sin * force.x - cos * force.y]);

@@ -34,7 +34,7 @@ impl<M: RobotModel> BlockRow<M> {
             bound: 1.0,
             memory: true,
             read: |view, values| {
-                for (link, (value, force)) in values.iter_mut().zip(view.model.obstacle_force()).enumerate() {
+                for (link, (value, force)) in values.iter_mut().zip(view.model.contact_force()).enumerate() {
                     let (sin, cos) = view.model.link(link).angle.sin_cos();
                     let to_the_right = cos * force.y - sin * force.x;
                     *value = if to_the_right == 0.0 { 0.0 } else { to_the_right.signum() };

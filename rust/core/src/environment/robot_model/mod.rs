@@ -123,7 +123,7 @@ pub trait RobotModel: Clone + Debug + Send + Sync + 'static {
 
     /// Mean force of the obstacles on each link over the last control period (T 7.6), world frame; without a z part in the
     /// plane \[N\].
-    fn obstacle_force(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + '_ {
+    fn contact_force(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + '_ {
         mean_force(self.simulation().contact_impulse(), self.period())
     }
 

@@ -113,7 +113,7 @@ impl PlanarRobot {
 
     /// Mean force of the pegs on each link over the last control period, to its left \[N\].
     pub fn lateral_force(&self) -> impl Iterator<Item = f64> + '_ {
-        let links = self.obstacle_force().zip(&self.simulation.state().pose);
+        let links = self.contact_force().zip(&self.simulation.state().pose);
         // The left of a link that moves along -e_x^B is -e_y^B.
         let lateral = |force: Vector3<f64>, angle| -force.xy().dot(&Heading::of(angle).lateral());
         links.map(move |(force, pose)| if force == Vector3::zeros() { 0.0 } else { lateral(force, pose.z) })

@@ -66,7 +66,7 @@ pub const STATE: &[Quantity<PlanarRobot>] = &[
         unit: "N",
         description: "force of the obstacles on each link, averaged over the last control period",
         shape: |robot| vec![robot.link_count(), 2],
-        read: |environment, value| write_rows(value, environment.model().obstacle_force().map(|f| [f.x, f.y])),
+        read: |environment, value| write_rows(value, environment.model().contact_force().map(|f| [f.x, f.y])),
     },
     Quantity {
         name: "self_contact_force",

@@ -229,7 +229,7 @@ fn forward_left_up(vector: &Vector3<f64>) -> [f64; 3] {
 }
 
 fn contact_force(view: &View<SpatialRobot>, values: &mut [f64]) {
-    let links = view.model.obstacle_force().zip(&view.model.simulation.state().pose);
+    let links = view.model.contact_force().zip(&view.model.simulation.state().pose);
     for (values, (force, pose)) in values.chunks_exact_mut(2).zip(links) {
         let axis = pose.axis();
         let ahead = (-axis.xy()).try_normalize(0.0).unwrap_or_else(Vector2::x);

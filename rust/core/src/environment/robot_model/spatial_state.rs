@@ -2,10 +2,10 @@
 
 use crate::environment::Environment;
 use crate::environment::quantity::{Quantity, write_rows};
-use crate::environment::robot_model::RobotModel;
 use crate::robot::Robot;
 use crate::spatial::{SpatialState, turning};
 
+use super::RobotModel;
 use super::spatial::SpatialRobot;
 
 pub const STATE: &[Quantity<SpatialRobot>] = &[
@@ -76,7 +76,7 @@ pub const STATE: &[Quantity<SpatialRobot>] = &[
         unit: "N",
         description: "force of the obstacles on each link, averaged over the last control period",
         shape: |robot| vec![robot.link_count(), 3],
-        read: |environment, value| write_rows(value, environment.model().obstacle_force().map(Into::into)),
+        read: |environment, value| write_rows(value, environment.model().contact_force().map(Into::into)),
     },
     Quantity {
         name: "self_contact_force",

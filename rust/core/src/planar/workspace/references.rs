@@ -1,3 +1,5 @@
+//! References of the joints, in lanes.
+
 use crate::gait::{Jet, JointTarget, WaveJets};
 use crate::math::Real;
 

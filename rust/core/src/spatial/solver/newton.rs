@@ -2,9 +2,10 @@
 //!
 //! Every set-valued law is replaced by its [proximal form](super::terms) around the multiplier zero,
 //! `P = prox_C(-r gamma)`: contacts with a vanishing compliance 1/r, the same for all of them, which selects the
-//! shortest of all impulses that move the robot alike; stops that press begin at what their actuators give. For given friction radii the velocities then minimise a strongly
-//! convex, piecewise smooth function: Newton's method on it, one O(n) [`sweep`](super::sweep) per step and a [search
-//! along the ray](super::ray) that brackets the zero of the slope, converges from any start. Once close to the solution
+//! shortest of all impulses that move the robot alike; stops that press begin at what their actuators give. For given
+//! friction radii the velocities then minimise a strongly convex, piecewise smooth function: Newton's method on it, one O(n)
+//! [`sweep`](super::sweep) per step and a [search along the ray](super::ray) that brackets the zero of the slope, converges
+//! from any start. Once close to the solution
 //! the multipliers move to the impulses, which removes the compliance; where that leaves more than round-off, they move
 //! again at the end.
 //!
