@@ -141,6 +141,11 @@ impl NearObstacles {
         self.travelled + displacement + margin <= self.horizon
     }
 
+    /// The largest sum of displacement and margin that [`Self::covers`] without a pair \[m\]; negative where there are pairs.
+    pub fn clear_way(&self) -> f64 {
+        if self.pairs.is_empty() { self.horizon - self.travelled } else { NOTHING_LISTED }
+    }
+
     /// The robot has moved, no point of it by more than `distance` \[m\].
     pub fn advance(&mut self, distance: f64) {
         self.travelled += distance;

@@ -1,7 +1,7 @@
 //! Contacts of a register's robots with obstacles: detected before a stage is solved, stored after it.
 
 use crate::contact::{NearPair, link_obstacle_gap};
-use crate::math::Real;
+use crate::math::{Mask, Real};
 use crate::obstacles::{Moved, Nodes, ObstacleGrid};
 use crate::stepping::lanes::{Lanes, active, mask};
 use crate::stepping::{ContactImpulse, Members};
@@ -15,13 +15,14 @@ impl<T: Real> Workspace<T> {
     pub(super) fn detect_contacts(&mut self, members: &mut Members<Planar>, pending: Lanes) {
         self.contacts.clear();
         let system = members.system;
-        let has_obstacles = self.has_obstacles;
+        let may_touch: Lanes =
+            std::array::from_fn(|lane| pending[lane] && self.has_obstacles && !self.is_clear.lane(lane));
         let may_wake = self.room > 0;
         for lane in active(pending).filter(|_| may_wake) {
             let margin = self.motion.margin(Real::lane(&self.stage.coefficient, lane), lane, 2.0);
             self.wake(system, lane, members.body(lane), margin, false);
         }
-        for lane in active(pending).filter(|_| has_obstacles) {
+        for lane in active(may_touch) {
             let body = members.body_mut(lane);
             if body.obstacles.is_unbounded() {
                 continue;
@@ -37,6 +38,7 @@ impl<T: Real> Workspace<T> {
                 let links = numbers.clone().map(|node| all.get(node));
                 let obstacles = &body.obstacles;
                 near.rebuild(numbers.map(pose), links, obstacles, margin, displacement, &mut contacts.previous);
+                self.clear_way.set_lane(lane, near.clear_way());
             }
             let is_among_obstacles = !near.pairs().is_empty();
             if is_among_obstacles {

@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::contact::Folding;
 use crate::gait::turned;
-use crate::math::{Real, add_scaled, select_into};
+use crate::math::{Mask, Real, add_scaled, select_into};
 use crate::planar::energy::work_of;
 use crate::planar::io_drive::IoInput;
 use crate::planar::{StageJoint, StageLink, certify, is_plausible, mean_twist, travel};
@@ -86,8 +86,6 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         };
         self.joint_stops.predict(bend);
         if self.has_obstacles || self.room > 0 || self.self_contacts.is_any_possible() {
-            let Motion { arms, heading, guess, travel, .. } = &mut self.motion;
-            mean_twist(arms, heading, guess, travel);
             let gain = (self.pull.x * self.pull.x + self.pull.y * self.pull.y).sqrt() * c;
             let fastest = self.fastest(&self.motion.guess).max(self.fastest(&self.motion.reference) + gain);
             let displacement = self.bound(&self.motion.predicted, &self.motion.start_pose);
@@ -96,9 +94,14 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
                 fastest: T::select(pending, fastest, last_fastest),
                 displacement: T::select(pending, displacement, last_displacement),
             };
-            let margin = self.motion.bound.contact_margin(c, 2.0, self.motion.smallest_radius);
-            let chain = &self.motion.predicted[..self.motion.arms.len()];
-            self.self_contacts.list_close_pairs(chain, margin, pending);
+            let (bound, radius) = (self.motion.bound, self.motion.smallest_radius);
+            self.is_clear = (bound.displacement + bound.contact_margin(c, 1.0, radius)).le(self.clear_way);
+            let Motion { arms, heading, guess, travel, predicted, .. } = &mut self.motion;
+            if self.room > 0 || self.self_contacts.is_any_possible() || (pending & !self.is_clear).any() {
+                mean_twist(arms, heading, guess, travel);
+            }
+            let chain = &predicted[..arms.len()];
+            self.self_contacts.list_close_pairs(chain, bound.contact_margin(c, 2.0, radius), pending);
         }
     }
 

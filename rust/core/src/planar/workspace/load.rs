@@ -30,6 +30,7 @@ impl<T: Real> StageInput<T> for Workspace<T> {
         self.among_obstacles = mask::<T>(std::array::from_fn(is_among));
         for lane in 0..T::LANES {
             let Body { state, warm_start, .. } = members.body(lane);
+            self.clear_way.set_lane(lane, warm_start.near.clear_way());
             for (lanes, torque) in self.actuator_torque.iter_mut().zip(&warm_start.joint_torque) {
                 lanes.set_lane(lane, -torque);
             }

@@ -57,6 +57,10 @@ pub struct Workspace<T: Real> {
     /// The lanes whose robots have obstacles around them; for the others a coarse bound on their motion does.
     pub among_obstacles: T::Mask,
     pub near_obstacles: Lanes,
+    /// How far any point of a robot may move, with the margin added, before obstacles matter; negative where some may \[m\].
+    pub clear_way: T,
+    /// The lanes whose robots stay within it in the stage at hand.
+    pub is_clear: T::Mask,
     pub contacts: Contacts<T>,
     pub self_contacts: SelfContactDetection<T>,
     pub joint_stops: JointStops<T>,
@@ -167,6 +171,8 @@ impl<T: Real> Workspace<T> {
             has_obstacles: false,
             among_obstacles: T::Mask::of(|_| false),
             near_obstacles: NO_LANES,
+            clear_way: zero,
+            is_clear: T::Mask::of(|_| false),
             contacts: Contacts::with_capacity(nodes),
             self_contacts: SelfContactDetection::new(&system.robot, movables),
             joint_stops: JointStops::new(&system.robot, 1),
