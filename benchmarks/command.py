@@ -120,6 +120,8 @@ def measure(args: Options, results: Results, progress: Progress) -> Iterator[Rec
     if INTERFACE in args.parts:
         progress("interface without physics")
         yield from ({"kind": "interface", **row} for row in interface(args.quick))
+        progress("shares of simulator and learner")
+        yield from ({"kind": "learning", **row} for row in learning(args.quick))
 
 
 def native_arguments(args: Options, parts: Sequence[str]) -> list[str]:
@@ -158,6 +160,12 @@ def interface(quick: bool) -> Iterator[Record]:
         yield interface_cost.overhead("SnakeCourse-v1", robots, 3 if quick else 7)
 
 
+def learning(quick: bool) -> Iterator[Record]:
+    """What a learner and its simulator take of the wall time."""
+    for env_id in ("SnakeSpatial-v1",) if quick else ("SnakeField-v1", "SnakeSpatial-v1"):
+        yield interface_cost.learning(env_id, 1 if quick else 20)
+
+
 def write(results: Results, folder: Path, pictures: Path, data: str, text: str, images: str) -> None:
     """Writes results, pictures and page."""
     results.write(folder / data)
@@ -173,4 +181,5 @@ DESCRIPTION = """Speed against error, growth, cost of features, certificates; pe
 Parts: precision (error against run time), spatial (the same in 3D), growth (links, pegs, robots and threads), skip
 (what features cost), certificate (residuals, gaps, iterations), width (registers of every width), peer (MuJoCo on the
 scenes of precision and spatial, if the group `bench` is installed), equal-error (cost at equal error under random
-actions, ours and MuJoCo's), interface (Python's share of a step)."""
+actions, ours and MuJoCo's), interface (Python's share of a step,
+and the simulator's of learning)."""

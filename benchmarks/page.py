@@ -199,8 +199,10 @@ def _certificate(results: Results) -> str:
 
 
 def _interface(results: Results) -> str:
-    rows = results.of("interface")
-    if not rows:
-        return ""
+    parts = [(text, results.of(kind)) for kind, text in (("interface", texts.INTERFACE), ("learning", texts.LEARNING))]
+    return "\n\n".join(f"{text}\n\n{_whole_table(rows)}" for text, rows in parts if rows)
+
+
+def _whole_table(rows: list[Record]) -> str:
     names = [name for name in rows[0] if name != "kind"]
-    return f"{texts.INTERFACE}\n\n{table(names, ([r[name] for name in names] for r in rows))}"
+    return table(names, ([r[name] for name in names] for r in rows))

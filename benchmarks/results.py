@@ -4,8 +4,8 @@
      "seconds": 812.3, "records": [{"kind": "point", ...}, ...]}
 
 Records are the lines of ``snake-bench`` and those of the peers, told apart by ``kind``:
-``scene``, ``point``, ``growth``, ``skip``, ``pressed``, ``certificate``, ``width``, ``interface``, ``peer``,
-``equal_error``, and ``run`` of a later command that measured some of these anew.
+``scene``, ``point``, ``growth``, ``skip``, ``pressed``, ``certificate``, ``width``, ``interface``, ``learning``,
+``peer``, ``equal_error``, and ``run`` of a later command that measured some of these anew.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ REQUIRED = {
     "certificate": ("what", "percent", "residual", "gap", "iterations", "misses", "above_tolerance", "steps", "events"),
     "width": ("env", "actions", "lanes", "robots", "steps_per_cpu_second"),
     "interface": ("robots",),
+    "learning": ("env", "robots", "simulator [us]", "learner [us]"),
     "peer": ("peer", "scene", "curve", "setup", "error", "speed_alone"),
     "equal_error": ("env", "actions", "period", "party", "setup", "shown", "error", "work_bias", "cost"),
     "run": ("command", "machine", "commit", "seconds"),

@@ -20,6 +20,8 @@ AHEAD_3D = {"spatial-course-7.5": (0.64, 40.0), "spatial-sidewinding": (10.0, 10
 TWO_THREADS = 1.95
 INTERFACE = {"Gymnasium [us]": 4.0, "SB3 [us]": 15.0}
 """CPU time of a call of ``step`` without physics."""
+SIMULATING = 0.5
+"""Share of the simulator in the wall time of Stable-Baselines3's PPO in 3D."""
 
 
 class Target(NamedTuple):
@@ -46,6 +48,7 @@ def all_targets(results: Results) -> list[Target]:
         *_growth(results),
         _skip(results),
         *_interface(results),
+        _learning(results),
         _certificate(results),
     ]
 
@@ -153,6 +156,16 @@ def _interface(results: Results) -> Iterator[Target]:
             yield Target(what, f"<= {aim:g}", f"{rows[0][name]:g}", rows[0][name] <= aim)
         else:
             yield Target(what, f"<= {aim:g}", "-", None)
+
+
+def _learning(results: Results) -> Target:
+    what, aim = "Stable-Baselines3's PPO in 3D: share of the simulator", f"<= {100 * SIMULATING:g} %"
+    rows = results.of("learning", env="SnakeSpatial-v1")
+    if not rows:
+        return Target(what, aim, "-", None)
+    ours, learner = rows[0]["simulator [us]"], rows[0]["learner [us]"]
+    share = ours / (ours + learner)
+    return Target(what, aim, f"{100 * share:.0f} %", share <= SIMULATING)
 
 
 def _certificate(results: Results) -> Target:

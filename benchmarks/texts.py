@@ -81,6 +81,9 @@ INTERFACE = """## Interface
 
 CPU time of one call of `step` without physics."""
 
+LEARNING = """Wall time per environment step of Stable-Baselines3's PPO with the settings of the README's lines. The
+simulator takes all cores, the learner one."""
+
 HOW = """## How to reproduce
 
     make bench                       # everything, about 25 minutes; runs/bench

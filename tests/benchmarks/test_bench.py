@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -142,6 +143,7 @@ RECORDS = [
         "events": 3,
     },
     {"kind": "interface", "robots": 256, "Gymnasium [us]": 3.7},
+    {"kind": "learning", "env": "SnakeSpatial-v1", "robots": 64, "simulator [us]": 60.0, "learner [us]": 20.0},
     {
         "kind": "width",
         "env": "SnakeCourse-v1",
@@ -240,6 +242,8 @@ def test_targets_are_judged_by_the_least_favourable_point(results):
     assert threads.met is False
     assert rows["interface, 256 robots: Gymnasium [us]"].met
     assert rows["interface, 256 robots: SB3 [us]"].met is None
+    learning = rows["Stable-Baselines3's PPO in 3D: share of the simulator"]
+    assert (learning.measured, learning.met) == ("75 %", False)
     assert rows["growth with links, free: time per link"].met
     assert rows["growth with pegs in the field: time per step"].met
     assert rows["a feature the scene does not need"].met is False
@@ -330,6 +334,14 @@ def test_the_interface_is_timed_without_physics():
     assert row["robots"] == 256
     assert row["Gymnasium [us]"] > 0
     assert row["SB3 [us]"] > 0
+
+
+def test_simulator_and_learner_take_all_of_the_time_of_learning():
+    start = time.perf_counter()
+    (row,) = command.learning(quick=True)
+    assert row["robots"] == 64
+    assert min(row["simulator [us]"], row["learner [us]"]) > 0
+    assert 1e-6 * 2048 * (row["simulator [us]"] + row["learner [us]"]) < time.perf_counter() - start
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="scripts are not programs there")

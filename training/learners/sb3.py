@@ -42,7 +42,7 @@ def train(folder: RunFolder, config: Sb3Config, show: bool = True) -> int:
     env.seed(seeds.training(config.seed, 0, config.num_envs))
     curve = LearningCurve(budget, steps)
     if checkpoint is None:
-        model = _new_model(config, env, budget)
+        model = new_model(config, env, budget)
     else:
         with folder.resumed():
             model = _resumed_model(checkpoint, config, env, budget, curve)
@@ -62,7 +62,8 @@ def train(folder: RunFolder, config: Sb3Config, show: bool = True) -> int:
     return 0
 
 
-def _new_model(config: Sb3Config, env: Any, budget: Budget) -> PPO:
+def new_model(config: Sb3Config, env: Any, budget: Budget) -> PPO:
+    """PPO with random weights."""
     return PPO(
         "MlpPolicy",
         env,
