@@ -40,6 +40,9 @@ struct GroundForce<T> {
     force: Vector3<T>,
     normal: T,
     sliding: Symmetric2<T>,
+    /// The normal impulse that friction radii follow, and by how much that of sliding had to move \[N s\].
+    load: T,
+    radius_error: T,
 }
 
 /// A link as a pass over the chain needs it: as few numbers as possible, so that all links of a register stay near the
@@ -206,41 +209,52 @@ impl<T: Real> LinkTerm<T> {
         following: T,
         recentred: T::Mask,
     ) -> T {
-        let (zero, largest_change) = (T::zero(), self.radius_change(following));
-        let (twist, arms) = (self.twist, self.arms());
-        let (mut error, mut load) = (zero, zero);
-        let mut forces = [GroundForce::none(); 2];
-        for (i, force) in forces.iter_mut().enumerate() {
-            let (slip, closing) = self.contact_velocity(&arms[i], &twist);
-            let end = &mut self.ends[i];
-            let normal = end.normal.evaluate(closing);
-            let wanted = end.wanted_radius(laws);
-            let held = end.friction.radius;
-            let touches = zero.lt(normal) | zero.lt(held);
-            if !touches.any() {
-                // A sphere in the air: its laws contribute nothing.
-                end.friction.vanish();
-                continue;
-            }
-            error = error.max(end.friction.follow(wanted, largest_change));
-            load += end.normal.value;
-            let stick = end.friction.evaluate(halves, &laws.sliding, &slip);
-            if RECENTRING {
-                end.normal.recentre_here(closing, normal, recentred);
-                end.friction.recentre_here(halves, &slip, &stick, recentred);
-            }
-            let (load, value) = (end.normal.value, end.friction.value);
-            let (friction, sliding) = self.out_of_disc(&value, &stick);
-            *force = GroundForce { force: Vector3::new(friction.x, friction.y, load), normal, sliding };
-        }
-        error = error.max(self.rolling.follow(laws.rolling.radius(load), largest_change));
-        let velocity = self.rolling_velocity(&twist);
+        let (arms, largest_change) = (self.arms(), self.radius_change(following));
+        let front = self.touch::<RECENTRING>(0, &arms[0], halves, laws, largest_change, recentred);
+        let rear = self.touch::<RECENTRING>(1, &arms[1], halves, laws, largest_change, recentred);
+        let rolling_radius = laws.rolling.radius(front.load + rear.load);
+        let rolling_error = self.rolling.follow(rolling_radius, largest_change);
+        let error = front.radius_error.max(rear.radius_error).max(rolling_error);
+        let velocity = self.rolling_velocity(&self.twist);
         let stiffness = self.rolling.evaluate(Whole, &laws.rolling, &velocity);
         if RECENTRING {
             self.rolling.recentre_here(Whole, &velocity, &stiffness, recentred);
         }
-        self.add_to(model, [&forces[0], &forces[1]], [&arms[0], &arms[1]], (self.rolling.value, stiffness));
+        self.add_to(model, [&front, &rear], [&arms[0], &arms[1]], (self.rolling.value, stiffness));
         error * self.inverse_mass
+    }
+
+    /// Moves the laws of one end, whose contact point is `arm` from the CG, to the present twist. A loop over both ends would
+    /// keep what it finds in memory.
+    #[inline(always)]
+    fn touch<const RECENTRING: bool>(
+        &mut self,
+        end: usize,
+        arm: &Vector3<T>,
+        halves: impl Halves,
+        laws: &GroundLaws<T>,
+        largest_change: T,
+        recentred: T::Mask,
+    ) -> GroundForce<T> {
+        let (slip, closing) = self.contact_velocity(arm, &self.twist);
+        let term = &mut self.ends[end];
+        let normal = term.normal.evaluate(closing);
+        let touches = T::zero().lt(normal) | T::zero().lt(term.friction.radius);
+        if !touches.any() {
+            // A sphere in the air: its laws contribute nothing.
+            term.friction.vanish();
+            return GroundForce::none();
+        }
+        let radius_error = term.friction.follow(term.wanted_radius(laws), largest_change);
+        let load = term.normal.value;
+        let stick = term.friction.evaluate(halves, &laws.sliding, &slip);
+        if RECENTRING {
+            term.normal.recentre_here(closing, normal, recentred);
+            term.friction.recentre_here(halves, &slip, &stick, recentred);
+        }
+        let (bearing, value) = (term.normal.value, term.friction.value);
+        let (friction, sliding) = self.out_of_disc(&value, &stick);
+        GroundForce { force: Vector3::new(friction.x, friction.y, bearing), normal, sliding, load, radius_error }
     }
 
     /// Moves the friction of something that can be pushed to the present twist, multipliers to the impulses in the lanes
@@ -430,6 +444,8 @@ impl<T: Real> GroundForce<T> {
             force: Vector3::new(zero, zero, zero),
             normal: zero,
             sliding: Symmetric2 { xx: zero, xy: zero, yy: zero },
+            load: zero,
+            radius_error: zero,
         }
     }
 
