@@ -186,27 +186,18 @@ impl<T: Real> Quadratic<T> {
         let mut rows = self.dense();
         let (v, w) = (&gradient.linear, &gradient.angular);
         let mut x = [-v.x, -v.y, -v.z, -w.x, -w.y, -w.z];
-        for k in 0..6 {
-            let mut column = [T::zero(); 6];
-            for (entry, row) in column.iter_mut().zip(&rows) {
-                *entry = row[k];
-            }
-            let inverse = T::splat(1.0) / column[k];
-            for i in k + 1..6 {
-                let factor = column[i] * inverse;
-                for (entry, above) in rows[i][k + 1..=i].iter_mut().zip(&column[k + 1..=i]) {
-                    *entry = factor.subtract_from(*above, *entry);
-                }
-                x[i] = factor.subtract_from(x[k], x[i]);
-            }
-        }
-        for k in (0..6).rev() {
-            let mut sum = x[k];
-            for i in k + 1..6 {
-                sum = rows[i][k].subtract_from(x[i], sum);
-            }
-            x[k] = sum / rows[k][k];
-        }
+        // A loop over pivots would not be unrolled, and its numbers stay in memory.
+        eliminate_pivot::<T, 0>(&mut rows, &mut x);
+        eliminate_pivot::<T, 1>(&mut rows, &mut x);
+        eliminate_pivot::<T, 2>(&mut rows, &mut x);
+        eliminate_pivot::<T, 3>(&mut rows, &mut x);
+        eliminate_pivot::<T, 4>(&mut rows, &mut x);
+        x[5] = x[5] / rows[5][5];
+        substitute_pivot::<T, 4>(&rows, &mut x);
+        substitute_pivot::<T, 3>(&rows, &mut x);
+        substitute_pivot::<T, 2>(&rows, &mut x);
+        substitute_pivot::<T, 1>(&rows, &mut x);
+        substitute_pivot::<T, 0>(&rows, &mut x);
         Twist { linear: Vector3::new(x[0], x[1], x[2]), angular: Vector3::new(x[3], x[4], x[5]) }
     }
 
@@ -225,6 +216,28 @@ impl<T: Real> Quadratic<T> {
         }
         rows
     }
+}
+
+/// One step of the factorisation of the lower half of a symmetric matrix, and of the right side.
+#[inline(always)]
+fn eliminate_pivot<T: Real, const K: usize>(rows: &mut [[T; 6]; 6], x: &mut [T; 6]) {
+    let inverse = T::splat(1.0) / rows[K][K];
+    for i in K + 1..6 {
+        let factor = rows[i][K] * inverse;
+        for j in K + 1..=i {
+            rows[i][j] = factor.subtract_from(rows[j][K], rows[i][j]);
+        }
+        x[i] = factor.subtract_from(x[K], x[i]);
+    }
+}
+
+#[inline(always)]
+fn substitute_pivot<T: Real, const K: usize>(rows: &[[T; 6]; 6], x: &mut [T; 6]) {
+    let mut sum = x[K];
+    for i in K + 1..6 {
+        sum = rows[i][K].subtract_from(x[i], sum);
+    }
+    x[K] = sum / rows[K][K];
 }
 
 impl<T: Real> Elimination<T> {
