@@ -406,14 +406,11 @@ impl<T: Real> LinkTerm<T> {
         self.ends[end].friction.kink(halves, &slip, &change)
     }
 
-    /// The Newton step of the link and of the joint before it, given the step of the link before; that of link 1, which
-    /// has no joint before it, is given. Returns the step of the link's twist.
+    /// The Newton step of the link and of the joint before it, given the step of the link before. Returns the step of the
+    /// link's twist.
     #[inline(always)]
-    pub fn take_step(&mut self, has_joint: bool, before: Twist<T>) -> Twist<T> {
-        self.step = before;
-        if has_joint {
-            (self.step_rates, self.step) = self.segment.substitute(&before);
-        }
+    pub fn take_step(&mut self, before: &Twist<T>) -> Twist<T> {
+        (self.step_rates, self.step) = self.segment.substitute(before);
         self.step
     }
 

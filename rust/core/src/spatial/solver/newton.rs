@@ -321,8 +321,9 @@ impl<T: Real> Newton<T> {
     #[inline(always)]
     fn substitute(&mut self) {
         let (mut before, chain) = (self.head, self.links.len() - self.surfaces.len());
-        for (i, link) in self.links[..chain].iter_mut().enumerate() {
-            before = link.take_step(i > 0, before);
+        self.links[0].step = before;
+        for link in &mut self.links[1..chain] {
+            before = link.take_step(&before);
         }
     }
 
