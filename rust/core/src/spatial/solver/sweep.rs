@@ -219,6 +219,7 @@ impl<T: Real> Quadratic<T> {
 }
 
 /// One step of the factorisation of the lower half of a symmetric matrix, and of the right side.
+#[allow(clippy::needless_range_loop, reason = "rows are read and written at once")]
 #[inline(always)]
 fn eliminate_pivot<T: Real, const K: usize>(rows: &mut [[T; 6]; 6], x: &mut [T; 6]) {
     let inverse = T::splat(1.0) / rows[K][K];
