@@ -181,5 +181,4 @@ DESCRIPTION = """Speed against error, growth, cost of features, certificates; pe
 Parts: precision (error against run time), spatial (the same in 3D), growth (links, pegs, robots and threads), skip
 (what features cost), certificate (residuals, gaps, iterations), width (registers of every width), peer (MuJoCo on the
 scenes of precision and spatial, if the group `bench` is installed), equal-error (cost at equal error under random
-actions, ours and MuJoCo's), interface (Python's share of a step,
-and the simulator's of learning)."""
+actions, ours and MuJoCo's), interface (Python's share of a step, and the simulator's of learning)."""

@@ -46,9 +46,10 @@ def _microseconds(function: Callable[[], Any], repetitions: int, calls: int = 20
 
 
 def learning(env_id: str, rollouts: int) -> dict[str, Any]:
-    """Wall time of the simulator within Stable-Baselines3's PPO, with the settings of the README's lines.
+    """Wall time of simulator and learner in Stable-Baselines3's PPO, with the settings of the README's lines.
 
-    The simulator takes all cores. The first rollout and its update, in which memory is obtained, do not count.
+    The simulator takes up to eight cores, the learner one. Weights are random at first. The first
+    rollout and its update, in which memory is obtained, do not count.
     """
     config = load_as(Sb3Config, "sb3")
     torch.set_num_threads(config.torch_threads)

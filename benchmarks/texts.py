@@ -81,8 +81,8 @@ INTERFACE = """## Interface
 
 CPU time of one call of `step` without physics."""
 
-LEARNING = """Wall time per environment step of Stable-Baselines3's PPO with the settings of the README's lines. The
-simulator takes all cores, the learner one."""
+LEARNING = """Wall time per environment step of Stable-Baselines3's PPO with the settings of the README's lines, in
+the first updates from random weights. The simulator takes up to eight cores, the learner one."""
 
 HOW = """## How to reproduce
 

@@ -336,12 +336,13 @@ def test_the_interface_is_timed_without_physics():
     assert row["SB3 [us]"] > 0
 
 
-def test_simulator_and_learner_take_all_of_the_time_of_learning():
+def test_simulator_and_learner_take_no_more_than_the_time_of_learning():
     start = time.perf_counter()
     (row,) = command.learning(quick=True)
     assert row["robots"] == 64
     assert min(row["simulator [us]"], row["learner [us]"]) > 0
-    assert 1e-6 * 2048 * (row["simulator [us]"] + row["learner [us]"]) < time.perf_counter() - start
+    rollout = 64 * 32
+    assert 1e-6 * rollout * (row["simulator [us]"] + row["learner [us]"]) < time.perf_counter() - start
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="scripts are not programs there")

@@ -141,7 +141,7 @@ impl NearObstacles {
         self.travelled + displacement + margin <= self.horizon
     }
 
-    /// The largest sum of displacement and margin that [`Self::covers`] without a pair \[m\]; negative where there are pairs.
+    /// The largest displacement plus margin that a list without pairs covers; negative if it has pairs \[m\].
     pub fn clear_way(&self) -> f64 {
         if self.pairs.is_empty() { self.horizon - self.travelled } else { NOTHING_LISTED }
     }

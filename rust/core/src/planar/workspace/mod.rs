@@ -57,7 +57,8 @@ pub struct Workspace<T: Real> {
     /// The lanes whose robots have obstacles around them; for the others a coarse bound on their motion does.
     pub among_obstacles: T::Mask,
     pub near_obstacles: Lanes,
-    /// How far any point of a robot may move, with the margin added, before obstacles matter; negative where some may \[m\].
+    /// How far any point of a robot may move, with the margin added, before obstacles matter; negative where some may, or
+    /// nothing is listed yet \[m\].
     pub clear_way: T,
     /// The lanes whose robots stay within it in the stage at hand.
     pub is_clear: T::Mask,

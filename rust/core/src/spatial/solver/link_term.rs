@@ -40,7 +40,7 @@ struct GroundForce<T> {
     force: Vector3<T>,
     normal: T,
     sliding: Symmetric2<T>,
-    /// The normal impulse that friction radii follow, and by how much that of sliding had to move \[N s\].
+    /// The normal impulse that friction radii follow, and how far that of sliding was from what belongs to it \[N s\].
     load: T,
     radius_error: T,
 }

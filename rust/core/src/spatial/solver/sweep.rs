@@ -186,7 +186,7 @@ impl<T: Real> Quadratic<T> {
         let mut rows = self.dense();
         let (v, w) = (&gradient.linear, &gradient.angular);
         let mut x = [-v.x, -v.y, -v.z, -w.x, -w.y, -w.z];
-        // A loop over pivots would not be unrolled, and its numbers stay in memory.
+        // A loop over pivots would not be unrolled, and would keep its numbers in memory.
         eliminate_pivot::<T, 0>(&mut rows, &mut x);
         eliminate_pivot::<T, 1>(&mut rows, &mut x);
         eliminate_pivot::<T, 2>(&mut rows, &mut x);
@@ -218,7 +218,8 @@ impl<T: Real> Quadratic<T> {
     }
 }
 
-/// One step of the factorisation of the lower half of a symmetric matrix, and of the right side.
+/// One step of the factorisation of the lower half of a symmetric matrix, and of the right side `x`; the column of the pivot
+/// stays unscaled, for [`substitute_pivot`].
 #[allow(clippy::needless_range_loop, reason = "rows are read and written at once")]
 #[inline(always)]
 fn eliminate_pivot<T: Real, const K: usize>(rows: &mut [[T; 6]; 6], x: &mut [T; 6]) {
@@ -232,6 +233,7 @@ fn eliminate_pivot<T: Real, const K: usize>(rows: &mut [[T; 6]; 6], x: &mut [T; 
     }
 }
 
+/// One step of the substitution back, from the last row on.
 #[inline(always)]
 fn substitute_pivot<T: Real, const K: usize>(rows: &[[T; 6]; 6], x: &mut [T; 6]) {
     let mut sum = x[K];
