@@ -94,9 +94,11 @@ class Results:
         return [r for r in self.records if r["kind"] == kind and all(r.get(k) == v for k, v in values.items())]
 
     def renewed(self, other: Results) -> Results:
-        """These results with the kinds of records that ``other``, a run of some parts, has measured anew."""
-        fresh = {record["kind"] for record in other.records}
-        kept = [r for r in self.records if r["kind"] not in fresh and r.get("command") != other.command]
+        """These results with what ``other``, a run of some parts, has measured anew: kinds of records, by scene."""
+        fresh = {(record["kind"], record.get("scene")) for record in other.records}
+        kept = [
+            r for r in self.records if (r["kind"], r.get("scene")) not in fresh and r.get("command") != other.command
+        ]
         run = {"kind": "run", **{name: getattr(other, name) for name in REQUIRED["run"]}}
         return Results(**(vars(self) | {"records": [*kept, *other.records, run]}))
 

@@ -305,6 +305,15 @@ def test_a_later_run_renews_what_it_has_measured(results):
     assert "Measured anew by `make bench --parts`" in page.render(again, "images")
 
 
+def test_a_later_run_of_one_scene_leaves_the_others(results):
+    later = Results.begin("make bench --parts spatial", quick=False)
+    point = results.of("point")[0]
+    later.add(fresh := point | {"scene": "jam"})
+    again = results.renewed(later)
+    assert again.of("point", scene="jam") == [fresh]
+    assert again.of("point", scene=point["scene"]) == results.of("point", scene=point["scene"])
+
+
 def pretend(monkeypatch, tmp_path, script):
     """Lets a Python script stand in for the measuring program."""
     program = tmp_path / "program"
