@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from benchmarks import equal_error, figures, interface_cost, native, page
+from benchmarks import equal_error, figures, interface_cost, learning_cost, native, page
 from benchmarks.results import Record, Results
 from benchmarks.targets import all_targets
 from snake_env import _native
@@ -163,7 +163,7 @@ def interface(quick: bool) -> Iterator[Record]:
 def learning(quick: bool) -> Iterator[Record]:
     """What a learner and its simulator take of the wall time."""
     for env_id in ("SnakeSpatial-v1",) if quick else ("SnakeField-v1", "SnakeSpatial-v1"):
-        yield interface_cost.learning(env_id, 1 if quick else 20)
+        yield learning_cost.learning(env_id, 1 if quick else 20)
 
 
 def write(results: Results, folder: Path, pictures: Path, data: str, text: str, images: str) -> None:

@@ -5,9 +5,8 @@
 //! shortest of all impulses that move the robot alike; stops that press begin at what their actuators give. For given
 //! friction radii the velocities then minimise a strongly convex, piecewise smooth function: Newton's method on it, one O(n)
 //! [`sweep`](super::sweep) per step and a [search along the ray](super::ray) that brackets the zero of the slope, converges
-//! from any start. Once close to the solution
-//! the multipliers move to the impulses, which removes the compliance; where that leaves more than round-off, they move
-//! again at the end.
+//! from any start. Once close to the solution the multipliers move to the impulses, which removes the compliance; where that
+//! leaves more than round-off, they move again at the end.
 //!
 //! Coulomb's law requires the radii mu P_N of the resulting normal impulses. Each assembly takes them from the present
 //! normal impulses, so that forces are those of the coupled problem and only the tangent neglects that the radii vary:
