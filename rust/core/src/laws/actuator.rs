@@ -41,4 +41,12 @@ impl<T: Real> LimitedActuator<T> {
         let (value, stiffness) = self.evaluate(rate + alpha * change);
         (-value * change, stiffness * change * change)
     }
+
+    /// The alpha at which the impulse is zero: between the bends that its limits make in that function, close to each other in
+    /// a stiff law. Not a number where the limit is zero.
+    #[inline(always)]
+    pub fn kink(&self, rate: T, change: T) -> T {
+        let kink = self.unlimited(rate) / (self.stiffness * change);
+        T::select(T::zero().lt(self.limit), kink, T::splat(f64::NAN))
+    }
 }

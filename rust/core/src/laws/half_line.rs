@@ -33,6 +33,12 @@ impl HalfLine {
         let penalty = T::select(self.is_closed(x), penalty, T::zero());
         (-self.project(x) * rate, penalty * rate * rate)
     }
+
+    /// The alpha at which that function bends, where the contact opens or closes.
+    #[inline(always)]
+    pub fn kink<T: Real>(self, x: T, penalty: T, rate: T) -> T {
+        x / (penalty * rate)
+    }
 }
 
 impl ConvexSet for HalfLine {

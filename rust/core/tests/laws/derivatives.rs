@@ -71,6 +71,21 @@ proptest! {
         prop_assert!((found - expected).norm() < DIFFERENCE * 100.0, "{found} against {expected}");
     }
 
+    /// A contact's function has curvature up to where the contact opens, that of a drive is least between its limits.
+    #[test]
+    fn kinks_lie_where_the_slope_changes(
+        law in actuator(), x in -2.0..2.0_f64, r in 0.3..3.0_f64, rate in -2.0..2.0_f64, change in 0.1..2.0_f64
+    ) {
+        let contact = |alpha: f64| HalfLine.along(x - r * alpha * change, r, change).1;
+        let kink = HalfLine.kink(x, r, change);
+        prop_assert_eq!((contact(kink - 1e-9), contact(kink + 1e-9)), (r * change * change, 0.0));
+        prop_assume!(law.stiffness > 0.1);
+        let (slope, curvature) = law.along(rate, change, law.kink(rate, change));
+        prop_assert!(slope.abs() < 1e-12 && curvature > 0.0);
+        let none = LimitedActuator { limit: 0.0, ..law };
+        prop_assert!(none.kink(rate, change).is_nan());
+    }
+
     /// The disc of radius 1 takes a shorter way to the same bits.
     #[test]
     fn the_unit_disc_is_the_disc_of_radius_one(x in vector(), d in vector(), r in 0.1..3.0_f64) {

@@ -143,4 +143,9 @@ impl<T: Real> RowLaw<T> for BoundedTerm<T> {
     fn along(&self, velocity: T, rate: T, alpha: T) -> (T, T) {
         self.law.along(velocity, rate, alpha)
     }
+
+    #[inline(always)]
+    fn kink(&self, velocity: T, rate: T) -> T {
+        self.law.kink(velocity, rate)
+    }
 }

@@ -95,6 +95,14 @@ impl<T: Real, H: Halves> Ray<T> for Step<'_, T, H> {
         for link in &self.newton.links {
             nearest.consider(link.friction.kink(self.halves, &linear(&link.start), &linear(&link.step)));
         }
+        for contact in &self.newton.contacts {
+            let link = &self.newton.links[contact.row.link];
+            nearest.consider(contact.kink(&link.start, &link.step));
+        }
+        for term in &self.newton.obstacle_friction.terms {
+            let link = &self.newton.links[term.row.link];
+            nearest.consider(term.kink(&link.start, &link.step));
+        }
         for (motor, links) in self.newton.motors.iter().zip(self.newton.links.windows(2)) {
             let [start, step] = [links[1].start.z - links[0].start.z, links[1].step.z - links[0].step.z];
             nearest.consider(motor.kink(start, step));

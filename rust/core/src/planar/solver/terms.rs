@@ -106,4 +106,10 @@ impl<T: Real, L: RowLaw<T>> RowTerm<OnLink<T>, L> {
     pub fn along(&self, u: &Vector3<T>, du: &Vector3<T>, alpha: T) -> (T, T) {
         self.law.along(dot(&self.row.direction, u), dot(&self.row.direction, du), alpha)
     }
+
+    /// The alpha at which the law's function bends, as [`RowLaw::kink`].
+    #[inline(always)]
+    pub fn kink(&self, u: &Vector3<T>, du: &Vector3<T>) -> T {
+        self.law.kink(dot(&self.row.direction, u), dot(&self.row.direction, du))
+    }
 }

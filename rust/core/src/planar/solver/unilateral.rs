@@ -12,6 +12,9 @@ pub(super) trait RowLaw<T: Real> {
 
     /// First and second derivative of the law's function at velocity + alpha rate by alpha.
     fn along(&self, velocity: T, rate: T, alpha: T) -> (T, T);
+
+    /// The alpha at which the slope of that function bends or nearly jumps; may be not a number.
+    fn kink(&self, velocity: T, rate: T) -> T;
 }
 
 /// A unilateral contact in proximal form, P = max(centre - r gamma, 0) with gamma the velocity at which it opens.
@@ -68,5 +71,10 @@ impl<T: Real> RowLaw<T> for UnilateralTerm<T> {
     fn along(&self, velocity: T, rate: T, alpha: T) -> (T, T) {
         let wanted = self.centre - self.penalty * (velocity + self.offset + alpha * rate);
         HalfLine.along(wanted, self.penalty, rate)
+    }
+
+    #[inline(always)]
+    fn kink(&self, velocity: T, rate: T) -> T {
+        HalfLine.kink(self.centre - self.penalty * (velocity + self.offset), self.penalty, rate)
     }
 }
