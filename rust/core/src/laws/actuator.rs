@@ -42,8 +42,8 @@ impl<T: Real> LimitedActuator<T> {
         (-value * change, stiffness * change * change)
     }
 
-    /// The alpha at which the impulse is zero: between the bends that its limits make in that function, close to each other in
-    /// a stiff law. Not a number where the limit is zero.
+    /// The alpha at which the impulse is zero, midway between the bends of that function at both limits, which in a stiff law
+    /// are close to each other. Not a number where the limit is zero.
     #[inline(always)]
     pub fn kink(&self, rate: T, change: T) -> T {
         let kink = self.unlimited(rate) / (self.stiffness * change);

@@ -8,7 +8,7 @@ pub trait Ray<T: Real> {
     /// First and generalised second derivative by alpha.
     fn derivatives(&self, alpha: T) -> (T, T);
 
-    /// Passes `nearest` the alphas at which the slope bends or nearly jumps, as far as they are cheap to find.
+    /// Passes `nearest` alphas at which the slope bends or nearly jumps; those that it leaves out cost evaluations.
     #[inline(always)]
     fn visit_kinks(&self, _nearest: &mut NearestKink<T>) {}
 }

@@ -71,7 +71,7 @@ proptest! {
         prop_assert!((found - expected).norm() < DIFFERENCE * 100.0, "{found} against {expected}");
     }
 
-    /// A contact's function has curvature up to where the contact opens, that of a drive is least between its limits.
+    /// A contact's function has curvature up to where the contact opens; that of a drive is least where its impulse is zero.
     #[test]
     fn kinks_lie_where_the_slope_changes(
         law in actuator(), x in -2.0..2.0_f64, r in 0.3..3.0_f64, rate in -2.0..2.0_f64, change in 0.1..2.0_f64
