@@ -57,7 +57,7 @@ impl<T: Real, R: Radius<T>> Coulomb<T, R> {
     }
 
     #[inline(always)]
-    fn stiffness_of(&self, DiscEvaluation { value, jacobian: d }: DiscEvaluation<T>, r: T) -> Evaluation<T> {
+    fn stiffness_of(&self, DiscEvaluation { value, jacobian: d, .. }: DiscEvaluation<T>, r: T) -> Evaluation<T> {
         let s = &self.shape;
         let (rx, ry) = (r * s.x, r * s.y);
         Evaluation { value, stiffness: Symmetric2 { xx: rx * s.x * d.xx, xy: rx * s.y * d.xy, yy: ry * s.y * d.yy } }

@@ -69,6 +69,10 @@ pub struct DiscEvaluation<T = f64> {
     pub value: Vector2<T>,
     /// Element of the generalised Jacobian: I inside, `radius (I - e e^T) / |x|` with e = x / |x| outside.
     pub jacobian: Symmetric2<T>,
+    /// Change of the value by that of the radius, up to a radius of |x|: e outside, zero inside.
+    pub by_radius: Vector2<T>,
+    /// |x|, which means nothing on the inner branch.
+    pub length: T,
 }
 
 impl<R> Disc<R> {
@@ -128,6 +132,8 @@ fn on_branch<T: Real>(x: &Vector2<T>, inverse: T, shrink: T, inner: T::Mask) -> 
             xy: -T::select(inner, zero, ex * slide),
             yy: T::select(inner, one, ex * ex * shrink),
         },
+        by_radius: Vector2::new(T::select(inner, zero, ex), T::select(inner, zero, ey)),
+        length: x.x.mul_add(ex, x.y * ey),
     }
 }
 

@@ -103,11 +103,12 @@ impl Halves for Skin {
     #[inline(always)]
     fn out_of_disc<T: Real>(
         &self,
-        DiscEvaluation { value, jacobian: d }: DiscEvaluation<T>,
+        DiscEvaluation { value, jacobian: d, by_radius, length }: DiscEvaluation<T>,
         side: T,
     ) -> DiscEvaluation<T> {
         let jacobian = Symmetric2 { xx: side * side * d.xx, xy: side * d.xy, yy: d.yy };
-        DiscEvaluation { value: self.scaled(&value, side), jacobian }
+        let (value, by_radius) = (self.scaled(&value, side), self.scaled(&by_radius, side));
+        DiscEvaluation { value, jacobian, by_radius, length }
     }
 
     #[inline(always)]

@@ -90,24 +90,26 @@ impl<T: Real> Anderson<T> {
     }
 
     /// The multiples theta of the last changes that minimise |e - theta_1 Delta e_1 - theta_2 Delta e_2|, by orthogonal
-    /// projection. Changes that are not known, or no more than a multiple of another one, have none.
+    /// projection. Changes that are not known, of round-off, or no more than a multiple of another one, have none.
     #[inline(always)]
     pub fn combine(&mut self, lanes: T::Mask) {
         let zero = T::zero();
         let (mut latest, mut mixed, mut older) = (zero, zero, zero);
-        let (mut error_latest, mut error_older) = (zero, zero);
+        let (mut error_latest, mut error_older, mut squared_error) = (zero, zero, zero);
         for Tracked { error, changes: [newer, old], .. } in &self.radii {
             latest = newer.error.mul_add(newer.error, latest);
             mixed = newer.error.mul_add(old.error, mixed);
             older = old.error.mul_add(old.error, older);
             error_latest = newer.error.mul_add(*error, error_latest);
             error_older = old.error.mul_add(*error, error_older);
+            squared_error = error.mul_add(*error, squared_error);
         }
-        let slope = T::select(zero.lt(latest), mixed / latest, zero);
+        let noise = T::splat(ROUND_OFF) * squared_error;
+        let slope = T::select(noise.lt(latest), mixed / latest, zero);
         let rest = slope.subtract_from(mixed, older);
-        let independent = (T::splat(DEPENDENT) * older).lt(rest);
+        let independent = (T::splat(DEPENDENT) * older).max(noise).lt(rest);
         let second = T::select(independent, slope.subtract_from(error_latest, error_older) / rest, zero);
-        let first = T::select(zero.lt(latest), mixed.subtract_from(second, error_latest) / latest, zero);
+        let first = T::select(noise.lt(latest), mixed.subtract_from(second, error_latest) / latest, zero);
         self.taken_back = [first, second];
         self.begun = self.begun | lanes;
     }
@@ -123,6 +125,10 @@ impl<T: Real> Tracked<T> {
 
 /// Square of the sine of the angle between two changes below which the older one counts as a multiple of the latest.
 const DEPENDENT: f64 = 1e-8;
+
+/// Square of a change over that of the error below which round-off may have made it: a radius that stays at zero changes
+/// nothing, and multiples of such changes would be as large as they are arbitrary.
+const ROUND_OFF: f64 = 1e-20;
 
 #[cfg(test)]
 mod tests {

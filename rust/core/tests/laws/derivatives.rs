@@ -69,6 +69,9 @@ proptest! {
         let expected = Vector2::from_fn(|k, _| difference(|s| disc.project(x + d * s)[k]));
         let found = Vector2::new(j.xx * d.x + j.xy * d.y, j.xy * d.x + j.yy * d.y);
         prop_assert!((found - expected).norm() < DIFFERENCE * 100.0, "{found} against {expected}");
+        let by_radius = Vector2::from_fn(|k, _| difference(|s| Disc { radius: radius + s }.project(x)[k]));
+        prop_assert!((evaluation.by_radius - by_radius).norm() < DIFFERENCE, "{} against {by_radius}", evaluation.by_radius);
+        prop_assert!(x.norm() < radius || (evaluation.length - x.norm()).abs() < 1e-12);
     }
 
     /// A contact's function has curvature up to where the contact opens; that of a drive is least where its impulse is zero.

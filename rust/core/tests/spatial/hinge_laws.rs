@@ -110,7 +110,7 @@ fn links_lie_and_move_as_their_joints_turn() {
 }
 
 /// A stage in motion whose joints have random axes of all kinds.
-fn hinged(random: &mut Random, links: usize) -> Stage {
+pub fn hinged(random: &mut Random, links: usize) -> Stage {
     let mut stage = moving(random, links);
     stage.axes = mixed(links - 1, random).expand(links - 1).expect("admissible");
     stage.axes.rotate_left(random.below(links - 1));

@@ -12,7 +12,7 @@ use snake_test_support::spatial_stage::{Dense, stacked};
 use super::stage::{blank, chain, moving};
 
 /// Adds `count` contacts between links that are not neighbours, which tend to close.
-fn fold(stage: &mut Stage, count: usize, random: &mut Random) {
+pub fn fold(stage: &mut Stage, count: usize, random: &mut Random) {
     let links = stage.links.len();
     for _ in 0..count {
         let first = random.below(links - 2);

@@ -28,6 +28,10 @@ pub(super) struct FrictionTerm<T: Real> {
     centre: Vector2<T>,
     /// p, or S p with a skin \[N s\].
     pub value: Vector2<T>,
+    /// Change of the value by that of the radius \[-\].
+    by_radius: Vector2<T>,
+    /// Of a contact that slips, the radius from which on it would stick \[N s\].
+    length: T,
     /// Whether the contact counts as sticking whatever its velocity.
     held: T::Mask,
 }
@@ -71,7 +75,7 @@ impl<T: Real> FrictionTerm<T> {
     pub fn new(law: &FrictionLaw<T>, radius: T, impulse: &Vector2<T>) -> Self {
         let none = Vector2::new(T::zero(), T::zero());
         let p = Vector2::new(law.inverse_shape.x * impulse.x, law.inverse_shape.y * impulse.y);
-        Self { radius, centre: none, value: none, held: sticks(&p, radius) }
+        Self { radius, centre: none, value: none, by_radius: none, length: T::zero(), held: sticks(&p, radius) }
     }
 
     #[inline(always)]
@@ -82,7 +86,7 @@ impl<T: Real> FrictionTerm<T> {
     /// A contact in the air.
     #[inline(always)]
     pub fn vanish(&mut self) {
-        self.value = Vector2::new(T::zero(), T::zero());
+        (self.value, self.by_radius) = (Vector2::new(T::zero(), T::zero()), Vector2::new(T::zero(), T::zero()));
     }
 
     /// From now on the contact sticks or slips as its velocity determines.
@@ -113,9 +117,17 @@ impl<T: Real> FrictionTerm<T> {
         let x = Vector2::new(r.subtract_from(gamma.x, self.centre.x), r.subtract_from(gamma.y, self.centre.y));
         let side = halves.side(x.x);
         let evaluation = self.disc().evaluate_held(&halves.scaled(&x, side), self.held);
-        let DiscEvaluation { value, jacobian } = halves.out_of_disc(evaluation, side);
-        self.value = value;
+        let DiscEvaluation { value, jacobian, by_radius, length } = halves.out_of_disc(evaluation, side);
+        (self.value, self.by_radius, self.length) = (value, by_radius, length);
         Symmetric2 { xx: r * jacobian.xx, xy: r * jacobian.xy, yy: r * jacobian.yy }
+    }
+
+    /// Change of the value where the radius becomes `radius` at the present slip: friction that is too large for
+    /// the disc grows with it until the contact sticks.
+    #[inline(always)]
+    pub fn change_with(&self, radius: T) -> Vector2<T> {
+        let change = radius.min(self.length) - self.radius;
+        Vector2::new(change * self.by_radius.x, change * self.by_radius.y)
     }
 
     /// First and second derivative of the law's function at gamma^ + alpha rate by alpha.

@@ -257,6 +257,29 @@ impl<T: Real> LinkTerm<T> {
         GroundForce { force: Vector3::new(friction.x, friction.y, bearing), normal, sliding, load, radius_error }
     }
 
+    /// Adds to the gradient at the end of the step how friction changes it by taking the radii that belong to the normal
+    /// impulses there.
+    #[inline(always)]
+    pub fn add_change_of_friction(&self, gradient: &mut Momentum<T>, laws: &GroundLaws<T>) {
+        let [r, s] = &self.arms();
+        let (front, front_load) = self.change_of_sliding(0, r, laws);
+        let (rear, rear_load) = self.change_of_sliding(1, s, laws);
+        gradient.linear = difference(&gradient.linear, &sum(&front, &rear));
+        gradient.angular = sum_with_cross(&sum_with_cross(&gradient.angular, &front, r), &rear, s);
+        let rolling = self.rolling.change_with(laws.rolling.radius(front_load + rear_load));
+        gradient.angular.x = self.radius.subtract_from(rolling.x, gradient.angular.x);
+        gradient.angular.y = self.radius.subtract_from(rolling.y, gradient.angular.y);
+    }
+
+    /// The same of one end's friction, frame I, and the normal impulse of that end after the step.
+    #[inline(always)]
+    fn change_of_sliding(&self, end: usize, arm: &Vector3<T>, laws: &GroundLaws<T>) -> (Vector3<T>, T) {
+        let (term, [p, q]) = (&self.ends[end], &self.slip);
+        let load = term.normal.value_after(self.step.velocity_at(arm).z);
+        let f = term.friction.change_with(term.share * laws.sliding.radius(load));
+        (Vector3::new(p.x.mul_add(f.x, q.x * f.y), p.y.mul_add(f.x, q.y * f.y), T::zero()), load)
+    }
+
     /// Moves the friction of something that can be pushed to the present twist, multipliers to the impulses in the lanes
     /// `recentred`, and adds gradient and Hessian as [`Self::evaluate`]. Returns how far the centre is from the impulse,
     /// squared \[N^2 s^2\].

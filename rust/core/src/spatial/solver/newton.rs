@@ -9,11 +9,12 @@
 //! leaves more than round-off, they move again at the end.
 //!
 //! Coulomb's law requires the radii mu P_N of the resulting normal impulses. Each assembly takes them from the present
-//! normal impulses, so that forces are those of the coupled problem and only the tangent neglects that the radii vary:
-//! errors shrink about twentyfold per step. In the middle of a search penalties may make normal impulses implausible;
-//! contacts with such impulses keep their radii until the convex problem is nearly solved. Where that does not converge
-//! within a few steps, radii are held until the convex problem is nearly solved and moved afterwards, to where [their last
-//! moves](Anderson) suggest.
+//! normal impulses, so that forces are those of the coupled problem and only the tangent neglects that the radii vary. The
+//! tangent alone shrinks errors about twentyfold per step; a second substitution corrects steps that are not searched for how
+//! the radii at their end change them, and the factor is squared. In the middle of a search penalties may make normal impulses
+//! implausible; contacts with such impulses keep their radii until the convex problem is nearly solved. Where that does not
+//! converge within a few steps, radii are held until the convex problem is nearly solved and moved afterwards, to where [their
+//! last moves](Anderson) suggest.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses while the others
 //! continue, so that each takes exactly the steps it would take without neighbours.
@@ -29,7 +30,7 @@ use super::progress::{Assembly, Progress};
 use super::self_contacts::SelfContacts;
 use super::sweep::{ActuatorModel, Quadratic};
 use super::terms::{ObstacleTerm, StopTerm};
-use crate::spatial::spatial_vector::{Twist, inner};
+use crate::spatial::spatial_vector::{Momentum, Twist, inner};
 use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageFriction, StageSolution};
 
@@ -49,8 +50,9 @@ pub struct Newton<T: Real = f64> {
     pub(super) laws: GroundLaws<T>,
     /// Of the radii of all friction discs.
     anderson: Anderson<T>,
-    /// Step of link 1's twist.
+    /// Step of link 1's twist, and the function of it after the last elimination.
     head: Twist<T>,
+    eliminated: Quadratic<T>,
     /// Mass of the lightest link.
     pub(super) lightest: T,
     /// Whether a contact is held closed or sticking.
@@ -84,6 +86,7 @@ impl<T: Real> Newton<T> {
             laws: GroundLaws::new(&StageFriction::none(), zero),
             anderson: Anderson::new((3 + CONTACTS_PER_LINK) * links, MIXING),
             head: Twist::zero(),
+            eliminated: Quadratic::zero(),
             lightest: zero,
             is_holding: false,
             patient,
@@ -107,10 +110,18 @@ impl<T: Real> Newton<T> {
         self.warm_up(stage, solution);
         self.anderson.start();
         let mut progress = Progress::new(T::splat(tolerance), self.patient, self.lightest, lanes, max_iterations);
+        self.go_on(&mut progress);
+        self.write(solution);
+        progress.outcome
+    }
+
+    /// Takes steps from the present twists until no lane is active.
+    #[inline(always)]
+    fn go_on(&mut self, progress: &mut Progress<T>) {
         // The first pass moves no lane.
         let mut here = Assembly::nowhere();
         while progress.active.any() {
-            here = self.descend(&here, &mut progress);
+            here = self.descend(&here, progress);
             self.release();
             let corrections = progress.update(&here);
             if corrections.move_radii.any() {
@@ -120,23 +131,28 @@ impl<T: Real> Newton<T> {
                 self.recentre(corrections.recentre);
             }
         }
-        self.write(solution);
-        progress.outcome
     }
 
-    /// Three more steps in full, in lanes that have converged: where the length of the next step is within the tolerance,
-    /// forces of stiff contacts are out of balance by up to the square root of the penalty times as much. Counts the steps; what
-    /// `solution` has of other lanes afterwards means nothing.
+    /// Goes on in lanes that have converged, to a tenth of `tolerance`, which was that of the solve: where the next step is no
+    /// longer than that, forces of stiff contacts are out of balance by up to the square root of the penalty times as much.
+    /// Counts the steps; what `solution` has of other lanes afterwards means nothing.
     #[inline(always)]
-    pub fn polish(&mut self, solution: &mut StageSolution<T>, outcome: &mut Outcome<T>, lanes: T::Mask) {
-        let following = T::select(lanes, T::splat(f64::INFINITY), T::splat(-1.0));
-        for _ in 0..3 {
-            if self.self_contacts.is_empty() {
-                self.substitute();
-            }
-            self.pass(T::splat(1.0), lanes, following, T::Mask::of(|_| false));
-            outcome.iterations += T::select(lanes, T::splat(1.0), T::zero());
-        }
+    pub fn polish(
+        &mut self,
+        solution: &mut StageSolution<T>,
+        outcome: &mut Outcome<T>,
+        tolerance: f64,
+        lanes: T::Mask,
+    ) {
+        let tolerance = T::splat(POLISHED * tolerance);
+        self.anderson.start();
+        let mut progress = Progress::new(tolerance, self.patient, self.lightest, lanes, MOST_POLISHING);
+        // Apart from the code of stages that need none.
+        T::call(
+            #[inline(always)]
+            || self.go_on(&mut progress),
+        );
+        outcome.iterations += progress.outcome.iterations;
         self.write(solution);
     }
 
@@ -179,6 +195,12 @@ impl<T: Real> Newton<T> {
         }
         let coupled = moving & !progress.is_hard() & !overshoots;
         let recentred = progress.recentre_next & coupled;
+        // A correction of a step that is searched for would undo what the search has found, and impulses that become
+        // multipliers are to balance, up to the radii.
+        let foreseen = coupled & !searching & !recentred;
+        if foreseen.any() {
+            self.foresee_radii(here.descent, foreseen);
+        }
         let following = progress.following(here, coupled);
         let there = self.pass(fraction, moving, following, recentred);
         progress.record(moving, coupled & there.radius_error.le(following), recentred);
@@ -301,11 +323,11 @@ impl<T: Real> Newton<T> {
             descent += link.segment.eliminate(&mut behind, &axes);
         }
         let (head, decrease) = behind.minimiser();
-        self.head = head;
+        (self.head, self.eliminated) = (head, behind);
         descent += decrease;
         if touches_itself {
             self.substitute();
-            descent -= self.self_contacts.correct(&mut self.links, &behind, &self.movables);
+            descent -= self.self_contacts.correct(&mut self.links, &self.eliminated, &self.movables);
         }
         Assembly {
             descent,
@@ -323,6 +345,47 @@ impl<T: Real> Newton<T> {
         self.links[0].step = before;
         for link in &mut self.links[1..chain] {
             before = link.take_step(&before);
+        }
+    }
+
+    /// Corrects the step in the given lanes, which descends by `descent` \[J\], for the friction radii at its end, but for those
+    /// of what can be pushed. From tail to head what these change, and the elimination for that alone. A correction is at most
+    /// as long as the step: it is the second term of a series, which diverges where terms grow.
+    #[inline(always)]
+    fn foresee_radii(&mut self, descent: T, lanes: T::Mask) {
+        let chain = self.links.len() - self.surfaces.len();
+        let Self { links, laws, obstacle_friction, contacts, .. } = self;
+        let frictions = obstacle_friction.terms.iter().zip(contacts).rev();
+        let mut frictions = frictions.skip_while(|(_, contact)| contact.link >= chain).peekable();
+        let zero = T::zero();
+        let (mut gradient, mut squared_length) = (Momentum::zero(), zero);
+        for (i, link) in links[..chain].iter_mut().enumerate().rev() {
+            link.add_change_of_friction(&mut gradient, laws);
+            while let Some((friction, contact)) = frictions.next_if(|(_, contact)| contact.link == i) {
+                friction.add_change(contact, &link.step, &mut gradient);
+            }
+            if i > 0 {
+                let decrease;
+                (gradient, link.segment.correction, decrease) = link.segment.eliminate_linear(&gradient);
+                squared_length += decrease;
+            }
+        }
+        let change = self.eliminated.minimiser_under(&gradient);
+        squared_length -= change.dot(&gradient);
+        // Contacts between links may leave it negative by round-off.
+        let descent = descent.max(zero);
+        let share = T::select(squared_length.le(descent), T::splat(1.0), (descent / squared_length).sqrt());
+        let head = self.head.plus_scaled(&change, share);
+        self.head.select_into(lanes, &head);
+        for link in &mut self.links[1..chain] {
+            link.segment.correct(share, lanes);
+        }
+        self.substitute();
+        if !self.self_contacts.is_empty() {
+            for (link, value) in self.links[chain..].iter_mut().zip(&self.movables) {
+                link.step = value.minimiser().0;
+            }
+            self.self_contacts.correct(&mut self.links, &self.eliminated, &self.movables);
         }
     }
 
@@ -396,6 +459,10 @@ impl Newton {
 
 /// Of the radii in hard stages, where many discs share the load: what is left of it moves between them.
 const MIXING: f64 = 0.5;
+
+/// Tolerance of a polish over that of the solve, and the most linear solves that it may take.
+const POLISHED: f64 = 0.1;
+const MOST_POLISHING: u32 = 30;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.
 const OVERSHOOT: f64 = 0.1;

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 
 use crate::laws::Whole;
 use crate::math::Real;
-use crate::spatial::spatial_vector::{Twist, Wrench};
+use crate::spatial::spatial_vector::{Momentum, Twist, Wrench};
 use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageSolution};
 
@@ -24,7 +24,7 @@ pub(super) struct ObstacleFrictionTerm<T: Real> {
 
 /// Frictions of the contacts of the stage at hand, one for each, or none.
 pub(super) struct ObstacleFriction<T: Real> {
-    terms: Vec<ObstacleFrictionTerm<T>>,
+    pub terms: Vec<ObstacleFrictionTerm<T>>,
 }
 
 /// How far the laws of a pass are from the solution.
@@ -43,6 +43,15 @@ impl<T: Real> ObstacleFrictionTerm<T> {
     fn slip(&self, twist: &Twist<T>) -> Vector2<T> {
         let [along, across] = &self.tangents;
         Vector2::new(along.dot(twist), across.dot(twist))
+    }
+
+    /// As [`LinkTerm::add_change_of_friction`], of a contact and its link's step.
+    #[inline(always)]
+    pub fn add_change(&self, contact: &ObstacleTerm<T>, step: &Twist<T>, gradient: &mut Momentum<T>) {
+        let [along, across] = &self.tangents;
+        let load = contact.normal.value_after(contact.direction.dot(step));
+        let change = self.friction.change_with(self.law.radius(load));
+        *gradient = gradient.plus_scaled(along, -change.x).plus_scaled(across, -change.y);
     }
 }
 

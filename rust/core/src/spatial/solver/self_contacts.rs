@@ -187,7 +187,7 @@ impl<T: Real> EliminatedChain<T, Wrench<T>, ChainStep<T>> for Chain<'_, T> {
         for (link, term) in self.links[..chain].iter().enumerate().rev() {
             add_own(link, &mut gradient);
             if link > 0 {
-                (gradient, self.constant[link]) = term.segment.eliminate_linear(&gradient);
+                (gradient, self.constant[link], _) = term.segment.eliminate_linear(&gradient);
             }
         }
         let (mut twist, mut rates) = (self.head.minimiser_under(&gradient), [T::zero(); 2]);

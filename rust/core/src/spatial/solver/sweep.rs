@@ -35,7 +35,8 @@ pub(super) struct Quadratic<T> {
     pub gradient: Momentum<T>,
 }
 
-/// Result of eliminating one rate, for the back substitution: `rate = row . x + constant`.
+/// Result of eliminating one rate, for the back substitution: `rate = row . x + constant`, x the twist of the link before.
+/// A rate that is no unknown has zeros.
 #[derive(Debug, Clone, Copy)]
 struct Elimination<T> {
     row: SpatialVector<T>,
@@ -54,6 +55,10 @@ pub(super) struct Segment<T> {
     /// S_h, S_v.
     hinge: [Twist<T>; 2],
     elimination: [Elimination<T>; 2],
+    /// How much the pitch rate follows the yaw rate: both are found from the twist before at once.
+    pitch_by_yaw: T,
+    /// What an addition to the gradient adds to the constants.
+    pub correction: [T; 2],
 }
 
 /// Stiffness of a joint's actuator against its rate, and its impulse.
@@ -245,18 +250,35 @@ fn substitute_pivot<T: Real, const K: usize>(rows: &[[T; 6]; 6], x: &mut [T; 6])
 
 impl<T: Real> Elimination<T> {
     #[inline(always)]
+    fn zero() -> Self {
+        Self { row: SpatialVector::zero(), constant: T::zero(), inverse: T::zero() }
+    }
+
+    /// With the row of the link's own twist without the rate.
+    #[inline(always)]
     fn new(column: &SpatialVector<T>, inverse: T, force: T) -> Self {
-        let row =
-            SpatialVector { linear: scaled(&column.linear, -inverse), angular: scaled(&column.angular, -inverse) };
-        Self { row, constant: -(force * inverse), inverse }
+        Self { row: column.scaled(-inverse), constant: -(force * inverse), inverse }
+    }
+
+    /// With the row of the twist of the link before.
+    #[inline(always)]
+    fn seen_from_before(&self, shift: &Vector3<T>) -> Self {
+        Self { row: gradient_before(&self.row, shift), ..*self }
     }
 }
 
 impl<T: Real> Segment<T> {
     /// Room for a link.
     pub fn vacant() -> Self {
-        let none = Elimination { row: SpatialVector::zero(), constant: T::zero(), inverse: T::zero() };
-        Self { only: None, shift: zero_vector(), hinge: [Twist::zero(); 2], elimination: [none; 2] }
+        let (hinge, elimination) = ([Twist::zero(); 2], [Elimination::zero(); 2]);
+        Self {
+            only: None,
+            shift: zero_vector(),
+            hinge,
+            elimination,
+            pitch_by_yaw: T::zero(),
+            correction: [T::zero(); 2],
+        }
     }
 
     /// Places the link `shift` from the one before, whose rear joint moves it along `hinge`.
@@ -285,7 +307,8 @@ impl<T: Real> Segment<T> {
         let force = hinge.dot(&total.gradient) - actuator.impulse;
         let elimination = Elimination::new(&column, inverse, force);
         total.add_rank_one(&column, -inverse, elimination.constant);
-        self.elimination[axis] = elimination;
+        self.elimination[axis] = elimination.seen_from_before(&self.shift);
+        (self.elimination[1 - axis], self.pitch_by_yaw) = (Elimination::zero(), T::zero());
         -(force * elimination.constant)
     }
 
@@ -304,7 +327,8 @@ impl<T: Real> Segment<T> {
             (Elimination::new(&column, inverse, force), Elimination::new(&rest, rest_inverse, rest_force));
         total.add_two([(&column, &pitch.row, pitch.constant), (&rest, &yaw.row, yaw.constant)]);
         let decrease = -(force * pitch.constant + rest_force * yaw.constant);
-        self.elimination = [yaw, pitch];
+        self.elimination = [yaw.seen_from_before(&self.shift), pitch.seen_from_before(&self.shift)];
+        self.pitch_by_yaw = -share;
         decrease
     }
 
@@ -316,47 +340,41 @@ impl<T: Real> Segment<T> {
     }
 
     /// Repeats the last elimination for another gradient of all from this link on, without actuators. Returns that of
-    /// the link before, and the constants for [`Self::substitute_with`].
+    /// the link before, the constants for [`Self::substitute_with`], and twice the decrease.
     #[inline(always)]
-    pub fn eliminate_linear(&self, total: &Momentum<T>) -> (Momentum<T>, [T; 2]) {
-        let (mut gradient, mut constant) = (*total, [T::zero(); 2]);
-        for axis in [1, 0] {
-            if self.only.is_some_and(|only| only != axis) {
-                continue;
-            }
-            let force = self.hinge[axis].dot(&gradient);
-            let Elimination { row, inverse, .. } = &self.elimination[axis];
-            constant[axis] = -(force * *inverse);
-            gradient = gradient.plus_scaled(row, force);
+    pub fn eliminate_linear(&self, total: &Momentum<T>) -> (Momentum<T>, [T; 2], T) {
+        let [yaw, pitch] = &self.elimination;
+        let of_pitch = self.hinge[1].dot(total);
+        let of_yaw = self.pitch_by_yaw.mul_add(of_pitch, self.hinge[0].dot(total));
+        let gradient = gradient_before(total, &self.shift).plus_scaled(&pitch.row, of_pitch);
+        let constant = [-(of_yaw * yaw.inverse), -(of_pitch * pitch.inverse)];
+        let decrease = -of_yaw.mul_add(constant[0], of_pitch * constant[1]);
+        (gradient.plus_scaled(&yaw.row, of_yaw), constant, decrease)
+    }
+
+    /// Adds a share of the correction to the constants, in the given lanes.
+    #[inline(always)]
+    pub fn correct(&mut self, share: T, lanes: T::Mask) {
+        for (Elimination { constant, .. }, correction) in self.elimination.iter_mut().zip(self.correction) {
+            *constant = T::select(lanes, share.mul_add(correction, *constant), *constant);
         }
-        (gradient_before(&gradient, &self.shift), constant)
     }
 
     /// [`Self::substitute`] with the constants of another gradient.
     #[inline(always)]
     pub fn substitute_with(&self, constant: &[T; 2], before: &Twist<T>) -> ([T; 2], Twist<T>) {
-        let mut x = self.carried(before);
-        let mut rates = [T::zero(); 2];
-        if let Some(axis) = self.only {
-            rates[axis] = self.elimination[axis].row.dot(&x) + constant[axis];
-            return (rates, x.plus_scaled(&self.hinge[axis], rates[axis]));
-        }
-        for (axis, rate) in rates.iter_mut().enumerate() {
-            *rate = self.elimination[axis].row.dot(&x) + constant[axis];
-            x = x.plus_scaled(&self.hinge[axis], *rate);
-        }
-        (rates, x)
+        let [yaw, pitch] = &self.elimination;
+        let yaw_rate = yaw.row.dot(before) + constant[0];
+        let pitch_rate = self.pitch_by_yaw.mul_add(yaw_rate, pitch.row.dot(before) + constant[1]);
+        let rates = [yaw_rate, pitch_rate];
+        (rates, self.follow(before, &rates))
     }
 
     /// The link's twist, given the twist of the link before and the rates.
     #[inline(always)]
     pub fn follow(&self, before: &Twist<T>, rates: &[T; 2]) -> Twist<T> {
-        self.carried(before).plus_scaled(&self.hinge[0], rates[0]).plus_scaled(&self.hinge[1], rates[1])
-    }
-
-    #[inline(always)]
-    fn carried(&self, before: &Twist<T>) -> Twist<T> {
-        Twist { linear: before.velocity_at(&self.shift), angular: before.angular }
+        let carried = Twist { linear: before.velocity_at(&self.shift), angular: before.angular };
+        carried.plus_scaled(&self.hinge[0], rates[0]).plus_scaled(&self.hinge[1], rates[1])
     }
 }
 

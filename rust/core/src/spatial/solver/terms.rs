@@ -23,6 +23,7 @@ pub(super) struct ContactTerm<T: Real> {
     /// Whether the contact counts as closed whatever its velocity.
     held: T::Mask,
     pub value: T,
+    stiffness: T,
 }
 
 /// Both stops of one joint axis.
@@ -95,7 +96,7 @@ impl<T: Real> StopTerm<T> {
 impl<T: Real> ContactTerm<T> {
     #[inline(always)]
     pub fn new(offset: T, penalty: T, impulse: T) -> Self {
-        Self { offset, penalty, centre: T::zero(), held: T::zero().lt(impulse), value: T::zero() }
+        Self { offset, penalty, centre: T::zero(), held: T::zero().lt(impulse), value: T::zero(), stiffness: T::zero() }
     }
 
     /// Moves to the velocity gamma; returns the present stiffness.
@@ -103,8 +104,14 @@ impl<T: Real> ContactTerm<T> {
     pub fn evaluate(&mut self, gamma: T) -> T {
         let wanted = self.centre - self.penalty * (gamma + self.offset);
         let (value, stiffness) = HalfLine.evaluate(wanted, self.penalty, HalfLine.is_closed(wanted) | self.held);
-        self.value = value;
+        (self.value, self.stiffness) = (value, stiffness);
         stiffness
+    }
+
+    /// The impulse after a change of the velocity, on the branch of the last evaluation up to where it opens.
+    #[inline(always)]
+    pub fn value_after(&self, change: T) -> T {
+        self.stiffness.subtract_from(change, self.value).max(T::zero())
     }
 
     #[inline(always)]

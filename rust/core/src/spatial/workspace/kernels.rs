@@ -117,7 +117,7 @@ impl<T: Real> StageKernels<T> for Workspace<T> {
         let rough = outcome.converged & !stands & T::splat(tolerance).lt(residual);
         if rough.any() {
             self.polished.copy_from(&self.solution);
-            self.newton.polish(&mut self.polished, &mut outcome, rough);
+            self.newton.polish(&mut self.polished, &mut outcome, stopping, rough);
             let after = certify(&self.stage, &self.polished).residual();
             let better = rough & after.lt(residual);
             self.solution.select_into(better, &self.polished);
