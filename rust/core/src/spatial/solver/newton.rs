@@ -419,6 +419,7 @@ impl<T: Real> Newton<T> {
 
     #[inline(always)]
     fn recentre(&mut self, lanes: T::Mask) {
+        // Closures of `for_each` would be compiled as functions without the instructions of the kernel.
         self.is_holding = true;
         for link in &mut self.links {
             link.ends[0].normal.recentre(lanes);
@@ -427,17 +428,27 @@ impl<T: Real> Newton<T> {
                 friction.recentre(lanes);
             }
             if let Some(skin) = self.laws.skin {
-                link.ends.iter_mut().for_each(|end| end.friction.raise(skin, lanes));
+                for end in &mut link.ends {
+                    end.friction.raise(skin, lanes);
+                }
             }
         }
-        self.stops.iter_mut().for_each(|stop| stop.recentre(lanes));
-        self.motors.iter_mut().for_each(|motor| motor.recentre(lanes));
+        for stop in &mut self.stops {
+            stop.recentre(lanes);
+        }
+        for motor in &mut self.motors {
+            motor.recentre(lanes);
+        }
         for contact in &mut self.contacts {
             contact.normal.recentre(lanes);
         }
-        self.obstacle_friction.frictions().for_each(|friction| friction.recentre(lanes));
+        for friction in self.obstacle_friction.frictions() {
+            friction.recentre(lanes);
+        }
         self.self_contacts.recentre(lanes);
-        self.surfaces.iter_mut().for_each(|surface| surface.recentre(lanes));
+        for surface in &mut self.surfaces {
+            surface.recentre(lanes);
+        }
     }
 }
 

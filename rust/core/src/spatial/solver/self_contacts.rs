@@ -140,7 +140,9 @@ impl<T: Real> SelfContacts<T> {
 
     #[inline(always)]
     pub fn recentre(&mut self, lanes: T::Mask) {
-        self.terms.iter_mut().for_each(|term| term.contact.recentre(lanes));
+        for term in &mut self.terms {
+            term.contact.recentre(lanes);
+        }
     }
 
     #[inline(always)]

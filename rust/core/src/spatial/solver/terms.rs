@@ -89,7 +89,9 @@ impl<T: Real> StopTerm<T> {
 
     #[inline(always)]
     pub fn recentre(&mut self, lanes: T::Mask) {
-        self.contacts.iter_mut().for_each(|contact| contact.recentre(lanes));
+        for contact in &mut self.contacts {
+            contact.recentre(lanes);
+        }
     }
 }
 
