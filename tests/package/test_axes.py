@@ -277,10 +277,13 @@ def test_cardan_joints_have_no_symmetry_fore_and_aft():
     print(
         f"{drift[1]} mm, with small radii {lower[1]} mm; loads {100 * unequal.min():.1f} to {100 * unequal.max():.1f} %"
     )
-    # The error of the default step is 9e-4.
+    # Statics: the default step is too long for the bound.
     fine = bend(Robot(links=3), integrator=Integrator(step=0.005))[1]
-    pitch = fine.joint_torque[50, :, 1]
-    assert pitch[1] / pitch[0] == pytest.approx(np.cos(fine.joint_angle[50, 0, 0]), abs=3e-4)
+    coarse, error = (
+        of.joint_torque[50, 1, 1] / of.joint_torque[50, 0, 1] - np.cos(of.joint_angle[50, 0, 0]) for of in (run, fine)
+    )
+    print(f"ratio of pitch torques off by {coarse:.1e}, in steps of 5 ms by {error:.1e}")
+    assert abs(error) < 3e-4
     # Statics with least dissipation and the shortest impulses give 6.7 mm. With all joints reversed both change sign.
     assert drift[1, 0] == pytest.approx(6.6, abs=0.2)
     np.testing.assert_allclose([mirrored[1, 0], softer[1, 0]], drift[1, 0], atol=0.15)

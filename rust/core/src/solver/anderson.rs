@@ -170,6 +170,16 @@ mod tests {
     }
 
     #[test]
+    fn changes_of_round_off_tell_nothing() {
+        let mut anderson = Anderson::new(2, 0.5);
+        let mut radii = [0.0; 2];
+        for wanted in [[0.1, 0.2], [0.1 + f64::EPSILON * 0.1, 0.2]] {
+            radii = moved(&mut anderson, [0.0; 2], |_| wanted);
+        }
+        assert!((radii[0] - 0.05).abs() < 1e-9 && (radii[1] - 0.1).abs() < 1e-9, "{radii:?}");
+    }
+
+    #[test]
     fn a_new_solve_knows_nothing_of_the_last_one() {
         let mut used = Anderson::new(2, 0.5);
         let mut radii = [101.0, 100.5];

@@ -65,7 +65,7 @@ fn folded(random: &mut Random) -> Stage {
     stage
 }
 
-/// With the tangent alone errors shrink some twentyfold per step, and it takes 14, 12, 11, 7 and 16 solves.
+/// Bounds lie between what is printed and what it takes where steps foresee no radii.
 #[test]
 fn few_solves_end_the_search_close_to_a_solution() {
     let found = [

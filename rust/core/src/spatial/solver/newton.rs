@@ -362,7 +362,7 @@ impl<T: Real> Newton<T> {
         for (i, link) in links[..chain].iter_mut().enumerate().rev() {
             link.add_change_of_friction(&mut gradient, laws);
             while let Some((friction, contact)) = frictions.next_if(|(_, contact)| contact.link == i) {
-                friction.add_change(contact, &link.step, &mut gradient);
+                friction.add_change_of_friction(contact, &link.step, &mut gradient);
             }
             if i > 0 {
                 let decrease;

@@ -47,7 +47,7 @@ impl<T: Real> ObstacleFrictionTerm<T> {
 
     /// As [`LinkTerm::add_change_of_friction`], of a contact and its link's step.
     #[inline(always)]
-    pub fn add_change(&self, contact: &ObstacleTerm<T>, step: &Twist<T>, gradient: &mut Momentum<T>) {
+    pub fn add_change_of_friction(&self, contact: &ObstacleTerm<T>, step: &Twist<T>, gradient: &mut Momentum<T>) {
         let [along, across] = &self.tangents;
         let load = contact.normal.value_after(contact.direction.dot(step));
         let change = self.friction.change_with(self.law.radius(load));

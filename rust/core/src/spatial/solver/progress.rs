@@ -201,7 +201,7 @@ const PATIENCE: f64 = 20.0;
 const PLAUSIBLE: f64 = 5.0;
 
 /// Length of the next step over that of the last one from which on it needs no line search: Newton's method converges
-/// quadratically but for the radii, whose errors it shrinks by a factor of hundreds.
+/// quadratically but for the radii, whose errors shrink linearly, if fast.
 const CONVERGING: f64 = 0.2;
 
 /// First steps of a stage that are taken in full wherever they lead, unless it is hard: the impulses before predict well which
@@ -232,7 +232,7 @@ const INNER_ACCURACY: f64 = 10.0;
 const CLOSE: f64 = 0.1;
 
 /// Tolerance over the speed of the robot below which multipliers move only at the end: how contacts share a load that the
-/// model leaves open depends on when they do, within about a thousandth of it.
+/// model leaves open depends slightly on when they do.
 const STRICT: f64 = 1e-7;
 
 /// Violation of the laws that is left to the compliance, over the speed of the robot but at most the tolerance, and over
