@@ -24,9 +24,19 @@ impl<T: Real> ConvexSet for Interval<T> {
 }
 
 impl<T: Real> Interval<T> {
+    /// Whether friction within this bound was surely that of a contact that sticks, as last known.
+    #[inline(always)]
+    pub fn stuck(&self, last: T) -> T::Mask {
+        last.abs().lt(T::splat(STUCK) * self.limit)
+    }
+
     /// Whether `x` lies in the interval; NaN does not.
     #[inline(always)]
     pub fn contains(&self, x: T) -> T::Mask {
         x.abs().le(self.limit)
     }
 }
+
+/// Share of the bound below which friction was that of sticking: what is known is a vector, projected on a direction that has
+/// turned since.
+const STUCK: f64 = 1.0 - 1e-3;

@@ -1,9 +1,8 @@
-//! Friction at contacts: a fixed point over the normal impulses.
+//! Friction at contacts in a solve.
 //!
 //! Coulomb's law bounds friction at an obstacle or between links by mu times a normal impulse that is itself unknown. The
-//! stage is then not an optimisation problem, and solutions need not be unique. With fixed bounds it is one. The iteration
-//! holds the bounds while it minimises, and moves them with the multipliers to those of the normal impulses, until they
-//! change by no more than the tolerance, as a velocity of the link.
+//! stage is then not an optimisation problem, and solutions need not be unique. With fixed bounds it is one. The Newton steps
+//! follow the law as it stands for a while, then hold the bounds, and so on.
 //!
 //! The certificate judges with the bounds of the solution itself. A stage whose bounds have not settled goes to the
 //! fallback. It keeps its solution where the bounds came close ([`KEPT_CHANGE`]), and is solved without friction at

@@ -42,8 +42,7 @@ pub fn relax<S>(contacts: &mut [ContactRow<S>], pairs: &mut [PairRow<S>]) {
 /// Coulomb friction of one of the rows of a stage, along a row between the same links whose offset is not used. A lane
 /// without it has directions 0.
 ///
-/// `-w^T u in N_[-b, b](P)` with `b = mu P_H`. Since P_H is an unknown, a stage with it is no optimisation problem: it is
-/// solved as one for held bounds, again and again until the bounds are those of its own solution, or by the fallback.
+/// `-w^T u in N_[-b, b](P)` with `b = mu P_H`. Since P_H is an unknown, a stage with it is no optimisation problem.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionRow<R, T = f64> {
@@ -53,7 +52,7 @@ pub struct FrictionRow<R, T = f64> {
     pub along: R,
     /// mu.
     pub coefficient: T,
-    /// The bound b that is held \[N s\].
+    /// The bound b to start with, or that is held \[N s\].
     pub bound: T,
 }
 

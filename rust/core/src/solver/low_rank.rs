@@ -84,9 +84,7 @@ impl<T: Real, D: Copy, S: LinkStep<T, D>> LowRank<T, D, S> {
         self.clear();
         let mut lost = T::zero();
         for coupling in couplings {
-            if T::zero().lt(coupling.stiffness).any() {
-                lost += self.apply(coupling, &coupling.direction, chain);
-            }
+            lost += self.apply(coupling, &coupling.direction, chain);
         }
         lost
     }
@@ -101,6 +99,9 @@ impl<T: Real, D: Copy, S: LinkStep<T, D>> LowRank<T, D, S> {
     /// Turns steps without this coupling into those with it, `r c w^T` with its column c.
     #[inline(always)]
     pub fn apply(&mut self, coupling: Coupling<T, D>, column: &[D; 2], chain: &mut impl EliminatedChain<T, D, S>) -> T {
+        if !T::zero().lt(coupling.stiffness.abs()).any() {
+            return T::zero();
+        }
         let (own, links) = (self.response.len(), chain.len());
         chain.respond(coupling.links, column, &mut self.response);
         for (k, (earlier, factor)) in self.applied.iter().enumerate() {

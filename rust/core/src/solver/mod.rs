@@ -3,7 +3,6 @@
 //! `README.md` in this folder derives the method.
 
 mod actuator_term;
-mod anderson;
 mod augmented_lagrangian;
 mod coulomb_contacts;
 mod coulomb_laws;
@@ -18,7 +17,6 @@ mod ray_search;
 mod surface_term;
 
 pub(crate) use actuator_term::ActuatorTerm;
-pub(crate) use anderson::Anderson;
 pub use augmented_lagrangian::{LawForm, NewtonStep, StageProblem, Tuning, solve};
 pub(crate) use coulomb_contacts::Contacts;
 pub use coulomb_laws::CoulombForm;

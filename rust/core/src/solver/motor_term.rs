@@ -1,3 +1,4 @@
+use crate::laws::Interval;
 use crate::math::{Mask, Real};
 use crate::rows::MotorRow;
 
@@ -46,7 +47,7 @@ impl<T: Real> MotorTerm<T> {
     /// The same, sticking where it is expected to until [`Self::release`].
     #[inline(always)]
     pub fn held(self) -> Self {
-        Self { held: self.centre.abs().lt(self.motor.friction), ..self }
+        Self { held: Interval { limit: self.motor.friction }.stuck(self.centre), ..self }
     }
 
     #[inline(always)]
@@ -68,7 +69,7 @@ impl<T: Real> MotorTerm<T> {
         let (bound, wanted) = (self.motor.friction, self.centre - self.penalty * rate);
         let (sticks, slides) = match form {
             LawForm::Present => (self.held | wanted.abs().lt(bound), wanted.min(bound).max(-bound)),
-            LawForm::LastBranch => (self.centre.abs().lt(bound), self.centre),
+            LawForm::LastBranch => (Interval { limit: bound }.stuck(self.centre), self.centre),
         };
         self.slope = T::select(sticks, self.penalty, T::zero());
         self.friction = T::select(sticks, wanted, slides);

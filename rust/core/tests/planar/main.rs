@@ -11,6 +11,7 @@ mod contact_geometry;
 mod convergence;
 mod fallback;
 mod fleet_lanes;
+mod following_bounds;
 mod friction_laws;
 mod golden;
 mod impact_laws;

@@ -1,6 +1,6 @@
 //! Friction of contacts, with obstacles or between links, in [`Newton`](super::Newton). A stage without it pays for none.
 
-use crate::laws::LimitedActuator;
+use crate::laws::{Interval, LimitedActuator};
 use crate::math::Real;
 use crate::rows::FrictionRow;
 use crate::solver::LawForm;
@@ -13,16 +13,20 @@ pub(super) struct ContactFriction<P, T> {
     pub terms: Vec<RowTerm<P, BoundedTerm<T>>>,
 }
 
-/// Friction of a contact in proximal form: P = clamp(centre - r gamma, +-b). The bound b is held while the inner problem is
-/// minimised, and moves to mu P_N with the multipliers.
+/// Friction of a contact in proximal form: P = clamp(centre - r gamma, +-b). The bound b is mu P_N, or is held while the inner
+/// problem is minimised and moves there with the multipliers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct BoundedTerm<T> {
     /// Index of the row whose impulse presses.
-    normal: usize,
+    pub normal: usize,
     /// mu, and the mass of the first link \[kg\].
     coefficient: T,
     mass: T,
     law: LimitedActuator<T>,
+    /// The bound before the present step \[N s\].
+    start: T,
+    /// P over P_N of friction that slips and whose bound follows, otherwise 0 \[-\].
+    pub ratio: T,
     /// P \[N s\].
     impulse: T,
 }
@@ -55,12 +59,16 @@ impl<P, T: Real> ContactFriction<P, T> {
         if held { of_laws } else { of_laws.max(self.squared_bound_error(normal)) }
     }
 
-    /// Square of the largest way of a bound to that of its normal impulse, as a velocity \[m/s\].
+    /// Square of the largest way of a bound to that of its normal impulse, as a velocity \[m/s\]. Where links are wedged, a
+    /// violation within the tolerance may belong to impulses that grow with every move of the multipliers. So the way from the
+    /// bound of the multiplier counts too, if less.
     #[inline(always)]
     pub fn squared_bound_error(&self, normal: &[RowTerm<P, UnilateralTerm<T>>]) -> T {
         let mut largest = T::zero();
         for RowTerm { law, .. } in &self.terms {
-            let change = (law.wanted(normal) - law.law.limit) / law.mass;
+            let wanted = law.wanted(normal);
+            let growth = T::splat(GROWTH) * (wanted - law.coefficient * normal[law.normal].law.centre);
+            let change = (wanted - law.law.limit).abs().max(growth.abs()) / law.mass;
             largest = largest.max(change * change);
         }
         largest
@@ -72,16 +80,12 @@ impl<P, T: Real> ContactFriction<P, T> {
         self.terms.iter_mut().for_each(|term| term.law.recentre(lanes));
     }
 
-    /// Bounds, and those of the normal impulses \[N s\].
+    /// Bounds become those of the normal impulses.
     #[inline(always)]
-    pub fn bounds<'a>(
-        &'a mut self,
-        normal: &'a [RowTerm<P, UnilateralTerm<T>>],
-    ) -> impl Iterator<Item = (&'a mut T, T)> {
-        self.terms.iter_mut().map(|RowTerm { law, .. }| {
-            let wanted = law.wanted(normal);
-            (&mut law.law.limit, wanted)
-        })
+    pub fn move_bounds(&mut self, normal: &[RowTerm<P, UnilateralTerm<T>>], lanes: T::Mask) {
+        for RowTerm { law, .. } in &mut self.terms {
+            law.law.limit = T::select(lanes, law.wanted(normal), law.law.limit);
+        }
     }
 
     #[inline(always)]
@@ -97,7 +101,30 @@ impl<T: Real> BoundedTerm<T> {
         let FrictionRow { normal, coefficient, bound, .. } = *row;
         let impulse = impulse.min(bound).max(-bound);
         let law = LimitedActuator { offset: impulse, stiffness: penalty, limit: bound };
-        Self { normal, coefficient, mass, law, impulse }
+        Self { normal, coefficient, mass, law, start: bound, ratio: T::zero(), impulse }
+    }
+
+    /// Moves to a velocity; returns the stiffness along the row. In the lanes `follows` the bound becomes that of the impulse of
+    /// the normal row there, and an impulse that has reached it varies with that.
+    #[inline(always)]
+    pub fn evaluate(&mut self, form: LawForm, velocity: T, normal: T, follows: T::Mask) -> T {
+        let (zero, one) = (T::zero(), T::splat(1.0));
+        let load = self.coefficient * normal;
+        let wanted = self.law.unlimited(velocity);
+        let (sticks, side) = match form {
+            LawForm::Present => {
+                self.start = self.law.limit;
+                self.law.limit = T::select(follows, load.max(zero), self.law.limit);
+                (Interval { limit: self.law.limit }.contains(wanted), wanted)
+            }
+            LawForm::LastBranch => (Interval { limit: self.law.limit }.stuck(self.law.offset), self.law.offset),
+        };
+        let side = T::select(side.lt(zero), -one, one);
+        // On its last branch a contact that is held closed may pull.
+        let slides = side * T::select(follows, load, self.law.limit);
+        self.impulse = T::select(sticks, wanted, slides);
+        self.ratio = T::select(follows & !sticks, side * self.coefficient, zero);
+        T::select(sticks, self.law.stiffness, zero)
     }
 
     /// Square of the violation |P - P_centre| / r.
@@ -125,23 +152,10 @@ impl<T: Real> RowLaw<T> for BoundedTerm<T> {
         self.impulse
     }
 
-    #[inline(always)]
-    fn evaluate(&mut self, form: LawForm, velocity: T) -> T {
-        let (impulse, stiffness) = match form {
-            LawForm::Present => self.law.evaluate(velocity),
-            LawForm::LastBranch => {
-                let sticks = self.law.offset.abs().lt(self.law.limit);
-                let stiffness = T::select(sticks, self.law.stiffness, T::zero());
-                (self.law.offset - stiffness * velocity, stiffness)
-            }
-        };
-        self.impulse = impulse;
-        stiffness
-    }
-
+    /// With the bound at the start of the step.
     #[inline(always)]
     fn along(&self, velocity: T, rate: T, alpha: T) -> (T, T) {
-        self.law.along(velocity, rate, alpha)
+        LimitedActuator { limit: self.start, ..self.law }.along(velocity, rate, alpha)
     }
 
     #[inline(always)]
@@ -149,3 +163,7 @@ impl<T: Real> RowLaw<T> for BoundedTerm<T> {
         self.law.kink(velocity, rate)
     }
 }
+
+/// Share of the growth of a bound by a move of the multipliers that counts as its error: impulses need not be as accurate as
+/// velocities.
+const GROWTH: f64 = 1e-3;

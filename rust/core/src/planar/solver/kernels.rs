@@ -16,11 +16,21 @@ impl<T: Real> Newton<T> {
             move || match self.skin {
                 Some(skin) => T::call(
                     #[inline(always)]
-                    move || self.evaluate_laws::<true>(skin, form, |_| ()),
+                    move || self.evaluate_laws::<true, true>(skin, form, |_| ()),
                 ),
-                None if !self.is_coupled() => self.evaluate_laws::<false>(Whole, form, |_| ()),
-                None => self.evaluate_laws::<true>(Whole, form, |_| ()),
+                None if self.is_coupled() => self.evaluate_laws::<true, true>(Whole, form, |_| ()),
+                None if self.is_rough() => self.evaluate_laws::<false, true>(Whole, form, |_| ()),
+                None => self.evaluate_laws::<false, false>(Whole, form, |_| ()),
             },
+        )
+    }
+
+    /// [`Self::step`] with friction at obstacles, apart from the code of all other stages.
+    #[inline(always)]
+    pub(super) fn rough_step(&mut self, active: T::Mask, damped: bool) -> NewtonStep<T> {
+        T::call(
+            #[inline(always)]
+            move || self.step::<false, true>(Whole, active, damped),
         )
     }
 
@@ -31,10 +41,10 @@ impl<T: Real> Newton<T> {
         T::call(
             #[inline(always)]
             move || match self.skin {
-                None => self.step::<true>(Whole, active, damped),
+                None => self.step::<true, true>(Whole, active, damped),
                 Some(skin) => T::call(
                     #[inline(always)]
-                    move || self.step::<true>(skin, active, damped),
+                    move || self.step::<true, true>(skin, active, damped),
                 ),
             },
         )

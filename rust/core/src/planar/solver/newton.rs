@@ -6,15 +6,16 @@
 //!
 //! At the end of a full step the linearised laws balance exactly, so what is out of balance there is the remainder of
 //! the laws' linearisation. The curvature of the inner function is at least that of the kinetic energy: the remainder's norm in M^-1
-//! bounds the distance to its minimum, link by link, and no further solve is needed to know it.
+//! bounds the distance to its minimum, link by link, and no further solve is needed to know it. With friction at contacts, which
+//! makes the tangent unsymmetric, this is an estimate, and the certificate judges.
 
 use nalgebra::Vector2;
 
-use crate::contact::{LINK_CONTACTS_PER_LINK, PAIRS_PER_LINK};
+use crate::contact::PAIRS_PER_LINK;
 use crate::laws::{Halves, Skin, Whole};
 use crate::math::{Mask, Real, add_scaled, select_into};
 use crate::planar::{Stage, StageSolution};
-use crate::solver::{self, Anderson, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, SurfaceTerm, Tuning};
+use crate::solver::{self, LawForm, MotorTerm, NewtonStep, Outcome, StageProblem, SurfaceTerm, Tuning};
 
 use super::contact_friction::ContactFriction;
 use super::link_term::{LinkTerm, linear};
@@ -40,8 +41,10 @@ pub struct Newton<T: Real = f64> {
     pub(super) self_contacts: SelfContacts<T>,
     /// Whether the bounds of friction at contacts stay as they are instead of following the normal impulses.
     are_bounds_held: bool,
-    /// Of the bounds of friction at contacts.
-    anderson: Anderson<T>,
+    /// Newton steps of the present solve.
+    steps: u32,
+    /// Lanes in which these bounds follow the normal impulses: none that has converged, since bounds that were held would move.
+    following: T::Mask,
     /// Step of the velocity of link 1's free end, in the frame of link 1.
     head: Vector2<T>,
     /// Value of the whole chain at that end, and of each obstacle that can be pushed, behind the links, at its centre.
@@ -73,7 +76,8 @@ impl<T: Real> Newton<T> {
             obstacle_friction: ContactFriction::new(PAIRS_PER_LINK * links),
             self_contacts: SelfContacts::new(links),
             are_bounds_held: false,
-            anderson: Anderson::new((PAIRS_PER_LINK + LINK_CONTACTS_PER_LINK) * links, MIXING),
+            steps: 0,
+            following: T::Mask::of(|_| false),
             head: Vector2::new(T::zero(), T::zero()),
             chain: Quadratic::zero(),
             movables: Vec::with_capacity(links),
@@ -96,7 +100,8 @@ impl<T: Real> Newton<T> {
         lanes: T::Mask,
     ) -> Outcome<T> {
         self.warm_up(stage, solution);
-        self.anderson.start();
+        self.steps = 0;
+        self.follow(lanes);
         let outcome = solver::solve(self, tolerance, max_iterations, lanes);
         self.write(stage, solution, lanes);
         outcome
@@ -125,21 +130,40 @@ impl<T: Real> Newton<T> {
         self.obstacle_friction.squared_bound_error(&self.contacts).max(between_links).sqrt()
     }
 
+    /// Whether the bounds of friction at contacts follow the normal impulses at every velocity. Where that does not converge
+    /// soon they are held for a while: inner problems then have a minimum, which a search along the steps finds from anywhere.
+    #[inline(always)]
+    fn do_bounds_follow(&self) -> bool {
+        !self.are_bounds_held && self.steps % (FOLLOWING + HOLDING) <= FOLLOWING
+    }
+
+    /// Lets bounds follow in the given lanes, if any are to.
+    #[inline(always)]
+    fn follow(&mut self, lanes: T::Mask) {
+        let follows = self.do_bounds_follow();
+        self.following = lanes & T::Mask::of(|_| follows);
+    }
+
     /// Whether there is more than a chain: rows between links, or obstacles that can be pushed.
     #[inline(always)]
     pub(super) fn is_coupled(&self) -> bool {
         !(self.self_contacts.is_empty() && self.movables.is_empty())
     }
 
-    /// Takes one Newton step; `COUPLED` tells what [`Self::is_coupled`] does.
     #[inline(always)]
-    pub(super) fn step<const COUPLED: bool>(
+    pub(super) fn is_rough(&self) -> bool {
+        !self.obstacle_friction.terms.is_empty()
+    }
+
+    /// Takes one Newton step; `COUPLED` tells what [`Self::is_coupled`] does, and `ROUGH` whether any contact may have friction.
+    #[inline(always)]
+    pub(super) fn step<const COUPLED: bool, const ROUGH: bool>(
         &mut self,
         halves: impl Halves,
         active: T::Mask,
         damped: bool,
     ) -> NewtonStep<T> {
-        let mut descent = self.eliminate::<COUPLED>();
+        let mut descent = self.eliminate::<COUPLED, ROUGH>();
         if COUPLED {
             let chain = self.links.len() - self.movables.len();
             let (chain, free) = self.links.split_at_mut(chain);
@@ -152,7 +176,7 @@ impl<T: Real> Newton<T> {
             }
             descent -= self.self_contacts.correct(&mut self.links, &self.chain, &self.movables);
         }
-        let end = self.descend::<COUPLED>(halves, descent, active, damped);
+        let end = self.descend::<COUPLED, ROUGH>(halves, descent, active, damped);
         NewtonStep {
             // The length of the step as a velocity; `max` would swallow NaN.
             length: (descent.abs() * self.mobility[0]).sqrt(),
@@ -163,7 +187,7 @@ impl<T: Real> Newton<T> {
     /// From tail to head: eliminates the chain. Returns how much steeper the inner function descends along the next
     /// step, g H^-1 g \[J\].
     #[inline(always)]
-    fn eliminate<const COUPLED: bool>(&mut self) -> T {
+    fn eliminate<const COUPLED: bool, const ROUGH: bool>(&mut self) -> T {
         let mut behind = Quadratic::zero();
         let (mut moment_behind, mut descent) = (T::zero(), T::zero());
         let chain = self.links.len() - self.movables.len();
@@ -172,7 +196,7 @@ impl<T: Real> Newton<T> {
             if COUPLED {
                 own.subtract_force(&self.self_contacts.force[i]);
             }
-            let (at_centre, decrease) = link.segment.eliminate(Quadratic::zero(), own, T::zero());
+            let (at_centre, decrease) = link.segment.eliminate::<ROUGH>(Quadratic::zero(), own, T::zero());
             *value = at_centre;
             descent += decrease + at_centre.minimiser().1;
         }
@@ -183,7 +207,7 @@ impl<T: Real> Newton<T> {
             }
             own.gw += moment_behind - link.joint_moment;
             moment_behind = link.joint_moment;
-            let (before, decrease) = link.segment.eliminate(behind, own, link.joint_stiffness);
+            let (before, decrease) = link.segment.eliminate::<ROUGH>(behind, own, link.joint_stiffness);
             behind = before;
             descent += decrease;
         }
@@ -195,18 +219,28 @@ impl<T: Real> Newton<T> {
     /// Takes the step that [`Self::eliminate`] prepared, in the given lanes, and shortens it where it overshoots and
     /// `damped` is true; the slope falls by `descent` at its start.
     #[inline(always)]
-    fn descend<const COUPLED: bool>(
+    fn descend<const COUPLED: bool, const ROUGH: bool>(
         &mut self,
         halves: impl Halves,
         descent: T,
         active: T::Mask,
         damped: bool,
     ) -> StepEnd<T> {
-        let full = self.take_step::<COUPLED>(halves, active);
-        let accuracy = T::splat(TUNING.overshoot) * descent;
-        let overshoots = active & accuracy.lt(full.slope);
+        self.steps += 1;
+        self.follow(active);
+        let full = self.take_step::<COUPLED, ROUGH>(halves, active);
+        let mut accuracy = T::splat(TUNING.overshoot) * descent;
+        let mut overshoots = active & accuracy.lt(full.slope);
         if !damped || !overshoots.any() {
             return full;
+        }
+        if ROUGH && self.do_bounds_follow() {
+            // The tangent is that of no function, so that steps need not descend.
+            accuracy = T::splat(-TUNING.overshoot) * self.slope_at_start();
+            overshoots = overshoots & T::zero().lt(accuracy) & accuracy.lt(full.slope);
+            if !overshoots.any() {
+                return full;
+            }
         }
         let (fraction, _) = self.step_length(accuracy, overshoots);
         for link in &mut self.links {
@@ -220,20 +254,20 @@ impl<T: Real> Newton<T> {
 
     /// From head to tail: takes the Newton step in full in the given lanes and evaluates all laws at its end.
     #[inline(always)]
-    fn take_step<const COUPLED: bool>(&mut self, halves: impl Halves, lanes: T::Mask) -> StepEnd<T> {
+    fn take_step<const COUPLED: bool, const ROUGH: bool>(&mut self, halves: impl Halves, lanes: T::Mask) -> StepEnd<T> {
         if COUPLED {
             for link in &mut self.links {
                 link.advance(lanes);
             }
-            return self.evaluate_laws::<true>(halves, LawForm::Present, |_| ());
+            return self.evaluate_laws::<true, ROUGH>(halves, LawForm::Present, |_| ());
         }
-        self.evaluate_laws::<false>(halves, LawForm::Present, full_step(self.head, lanes))
+        self.evaluate_laws::<false, ROUGH>(halves, LawForm::Present, full_step(self.head, lanes))
     }
 
     /// Forces and stiffnesses of all laws at the present twists, to which `advance` brings each link first; contacts
     /// between links need twists that are already there.
     #[inline(always)]
-    pub(super) fn evaluate_laws<const COUPLED: bool>(
+    pub(super) fn evaluate_laws<const COUPLED: bool, const ROUGH: bool>(
         &mut self,
         halves: impl Halves,
         form: LawForm,
@@ -241,10 +275,11 @@ impl<T: Real> Newton<T> {
     ) -> StepEnd<T> {
         let zero = T::zero();
         let (mut slope, mut forces, mut moments) = (zero, zero, zero);
+        let follows = self.following;
         if COUPLED {
-            slope = self.self_contacts.evaluate(form, &self.links);
+            slope = self.self_contacts.evaluate(form, &self.links, follows);
         }
-        let mut contacts = self.contacts.iter_mut().peekable();
+        let mut contacts = self.contacts.iter_mut().enumerate().peekable();
         let mut friction = self.obstacle_friction.terms.iter_mut().peekable();
         let chain = self.links.len() - self.surfaces.len();
         let (mut omega, mut change) = (zero, zero);
@@ -260,15 +295,17 @@ impl<T: Real> Newton<T> {
             if COUPLED && i >= chain {
                 model.add_surface(&mut self.surfaces[i - chain], &link.twist);
             }
-            while let Some(contact) = contacts.next_if(|contact| contact.row.link == i) {
-                let stiffness = contact.evaluate(form, &link.twist);
+            while let Some((k, contact)) = contacts.next_if(|(_, contact)| contact.row.link == i) {
+                let stiffness = contact.law.evaluate(form, contact.velocity(&link.twist));
                 model.add_rank_one(&contact.row.direction, stiffness, -contact.law.impulse);
+                if ROUGH && let Some(term) = friction.next_if(|term| term.law.normal == k) {
+                    let across = term.law.evaluate(form, term.velocity(&link.twist), contact.law.impulse, follows);
+                    model.add_rank_one(&term.row.direction, across, -term.law.impulse());
+                    let coupling = term.law.ratio * stiffness;
+                    model.add_coupling(&term.row.direction, &contact.row.direction, coupling);
+                }
             }
-            while let Some(term) = friction.next_if(|term| term.row.link == i) {
-                let stiffness = term.evaluate(form, &link.twist);
-                model.add_rank_one(&term.row.direction, stiffness, -term.law.impulse());
-            }
-            let expected = link.model.gradient_after(&link.step);
+            let expected = link.model.gradient_after::<ROUGH>(&link.step);
             let (mut x, mut y, mut moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
             if COUPLED {
                 let coupled = &self.self_contacts.remainder[i];
@@ -292,18 +329,6 @@ impl<T: Real> Newton<T> {
             moments = moment.mul_add(moment, torque.mul_add(torque, moments));
         }
         StepEnd { slope, remainder: forces * self.mobility[0] + moments * self.mobility[1] }
-    }
-
-    /// Moves the bounds of friction at contacts to where [`Anderson`] expects those of the normal impulses.
-    #[inline(always)]
-    fn move_bounds(&mut self, lanes: T::Mask) {
-        let Self { anderson, obstacle_friction, contacts, self_contacts, .. } = self;
-        let of_obstacles = obstacle_friction.terms.len();
-        anderson.compare(0, obstacle_friction.bounds(contacts), lanes);
-        anderson.compare(of_obstacles, self_contacts.bounds(), lanes);
-        anderson.combine(lanes);
-        anderson.go(0, obstacle_friction.bounds(contacts), lanes);
-        anderson.go(of_obstacles, self_contacts.bounds(), lanes);
     }
 
     /// Makes multipliers of the ground's friction, which are impulses, what belongs to these with a skin.
@@ -363,7 +388,11 @@ impl<T: Real> StageProblem<T> for Newton<T> {
     #[inline(always)]
     fn newton_step(&mut self, active: T::Mask, damped: bool) -> NewtonStep<T> {
         if !self.is_coupled() && self.skin.is_none() {
-            self.step::<false>(Whole, active, damped)
+            if self.is_rough() {
+                self.rough_step(active, damped)
+            } else {
+                self.step::<false, false>(Whole, active, damped)
+            }
         } else {
             self.coupled_step(active, damped)
         }
@@ -415,7 +444,8 @@ impl<T: Real> StageProblem<T> for Newton<T> {
         self.obstacle_friction.recentre(lanes);
         self.self_contacts.recentre(lanes);
         if !self.are_bounds_held {
-            self.move_bounds(lanes);
+            self.obstacle_friction.move_bounds(&self.contacts, lanes);
+            self.self_contacts.move_bounds(lanes);
         }
     }
 }
@@ -443,8 +473,9 @@ fn full_step<T: Real>(head: Vector2<T>, lanes: T::Mask) -> impl FnMut(&mut LinkT
 /// masses would show round-off in the impulses.
 pub(super) const TUNING: Tuning = Tuning { penalty: 1e6, ..Tuning::COMMON };
 
-/// Of the bounds, which mostly settle in a few full moves.
-const MIXING: f64 = 1.0;
+/// Newton steps in turn in which bounds follow, and in which they move with the multipliers only.
+const FOLLOWING: u32 = 12;
+const HOLDING: u32 = 6;
 
 /// How much larger the certificate's residual may be than the norm of the remainder \[-\]: imbalances add up
 /// along the chain.

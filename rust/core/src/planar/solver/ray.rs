@@ -25,6 +25,18 @@ impl<T: Real> Newton<T> {
         }
     }
 
+    /// Slope of the inner function at the start of the step \[J\].
+    #[inline(always)]
+    pub(super) fn slope_at_start(&self) -> T {
+        T::call(
+            #[inline(always)]
+            move || match self.skin {
+                None => self.along_step(Whole)().derivatives(T::zero()).0,
+                Some(skin) => self.along_step(skin)().derivatives(T::zero()).0,
+            },
+        )
+    }
+
     #[inline(always)]
     fn along_step<'a, H: Halves + 'a>(&'a self, halves: H) -> impl FnOnce() -> Step<'a, T, H> {
         #[inline(always)]

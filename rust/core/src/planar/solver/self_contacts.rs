@@ -32,21 +32,22 @@ pub(super) struct SelfContacts<T> {
 type PairTerm<T> = RowTerm<Coupling<T>, UnilateralTerm<T>>;
 
 impl<T: Real, L: RowLaw<T>> RowTerm<Coupling<T>, L> {
-    /// Force and stiffness at the present twists; adds the force on both links, with its difference to its linearisation,
-    /// and to the slope.
+    /// Force and stiffness at the present twists by `evaluate`, a function of the law and the velocity; adds the force on both
+    /// links, with its difference to its linearisation, and to the slope. In the linearisation it falls by `coupled` with the
+    /// step of another row.
     #[inline(always)]
     fn evaluate(
         &mut self,
-        form: LawForm,
         links: &[LinkTerm<T>],
-        force: &mut [Vector3<T>],
-        remainder: &mut [Vector3<T>],
+        (force, remainder): (&mut [Vector3<T>], &mut [Vector3<T>]),
         slope: &mut T,
+        coupled: T,
+        evaluate: impl FnOnce(&mut L, T) -> T,
     ) {
         let Self { row: coupling, law } = self;
         let step = coupling.along(|link| links[link].step);
-        let expected = law.impulse() - coupling.stiffness * step;
-        coupling.stiffness = law.evaluate(form, coupling.along(|link| links[link].twist));
+        let expected = law.impulse() - coupled - coupling.stiffness * step;
+        coupling.stiffness = evaluate(law, coupling.along(|link| links[link].twist));
         *slope -= law.impulse() * step;
         for (link, w) in coupling.links.into_iter().zip(&coupling.direction) {
             force[link] = add_scaled(&force[link], w, law.impulse());
@@ -101,19 +102,37 @@ impl<T: Real> SelfContacts<T> {
         }
     }
 
-    /// Forces and stiffnesses at the present twists; returns the slope of the laws' function along the step \[J\].
+    /// Forces and stiffnesses at the present twists, with bounds of friction that follow in some lanes; returns the slope of the laws'
+    /// function along the step \[J\].
     #[inline(always)]
-    pub fn evaluate(&mut self, form: LawForm, links: &[LinkTerm<T>]) -> T {
+    pub fn evaluate(&mut self, form: LawForm, links: &[LinkTerm<T>], follows: T::Mask) -> T {
         let zero = Vector3::new(T::zero(), T::zero(), T::zero());
         self.force.fill(zero);
         self.remainder.fill(zero);
         let mut slope = T::zero();
         let Self { terms, friction, force, remainder, .. } = self;
-        for term in terms {
-            term.evaluate(form, links, force, remainder, &mut slope);
-        }
-        for term in &mut friction.terms {
-            term.evaluate(form, links, force, remainder, &mut slope);
+        let mut friction = friction.terms.iter_mut().peekable();
+        for (k, term) in terms.iter_mut().enumerate() {
+            let expected_change = term.row.stiffness * term.row.along(|link| links[link].step);
+            term.evaluate(
+                links,
+                (force, remainder),
+                &mut slope,
+                T::zero(),
+                #[inline(always)]
+                |law, velocity| law.evaluate(form, velocity),
+            );
+            if let Some(rough) = friction.next_if(|rough| rough.law.normal == k) {
+                let (coupled, load) = (rough.law.ratio * expected_change, term.law.impulse);
+                rough.evaluate(
+                    links,
+                    (force, remainder),
+                    &mut slope,
+                    coupled,
+                    #[inline(always)]
+                    |law, velocity| law.evaluate(form, velocity, load, follows),
+                );
+            }
         }
         slope
     }
@@ -121,10 +140,20 @@ impl<T: Real> SelfContacts<T> {
     /// Turns the steps of the links without the contacts' stiffness into those with it, see [`LowRank::correct`].
     #[inline(always)]
     pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>, movables: &[Quadratic<T>]) -> T {
-        let friction = self.friction.terms.iter().map(|term| term.row);
-        let couplings = self.terms.iter().map(|term| term.row).chain(friction);
         let mut chain = Links { links, head, movables, constant: &mut self.constant };
-        self.low_rank.correct(couplings, &mut chain)
+        let mut friction = self.friction.terms.iter().peekable();
+        self.low_rank.clear();
+        let mut lost = T::zero();
+        for (k, term) in self.terms.iter().enumerate() {
+            let mut column = term.row.direction;
+            if let Some(rough) = friction.next_if(|rough| rough.law.normal == k) {
+                let [w, v] = &rough.row.direction;
+                column = [add_scaled(&column[0], w, rough.law.ratio), add_scaled(&column[1], v, rough.law.ratio)];
+                lost += self.low_rank.apply(rough.row, &rough.row.direction, &mut chain);
+            }
+            lost += self.low_rank.apply(term.row, &column, &mut chain);
+        }
+        lost
     }
 
     /// First and second derivative of all laws' functions along the step.
@@ -168,10 +197,10 @@ impl<T: Real> SelfContacts<T> {
         self.friction.recentre(lanes);
     }
 
-    /// As [`ContactFriction::bounds`] does.
+    /// As [`ContactFriction::move_bounds`] does.
     #[inline(always)]
-    pub fn bounds(&mut self) -> impl Iterator<Item = (&mut T, T)> {
-        self.friction.bounds(&self.terms)
+    pub fn move_bounds(&mut self, lanes: T::Mask) {
+        self.friction.move_bounds(&self.terms, lanes);
     }
 
     /// Impulses of the contacts, and of their friction, in the given lanes.

@@ -95,10 +95,9 @@ impl<T: Real> OnLink<T> {
 }
 
 impl<T: Real, L: RowLaw<T>> RowTerm<OnLink<T>, L> {
-    /// Moves to the twist u; returns the stiffness along the direction.
     #[inline(always)]
-    pub fn evaluate(&mut self, form: LawForm, u: &Vector3<T>) -> T {
-        self.law.evaluate(form, dot(&self.row.direction, u))
+    pub fn velocity(&self, u: &Vector3<T>) -> T {
+        dot(&self.row.direction, u)
     }
 
     /// First and second derivative of the law's function at u + alpha du by alpha.

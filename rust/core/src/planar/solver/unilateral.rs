@@ -7,9 +7,6 @@ pub(super) trait RowLaw<T: Real> {
     /// P \[N s\].
     fn impulse(&self) -> T;
 
-    /// Moves to a velocity; returns the stiffness along the row.
-    fn evaluate(&mut self, form: LawForm, velocity: T) -> T;
-
     /// First and second derivative of the law's function at velocity + alpha rate by alpha.
     fn along(&self, velocity: T, rate: T, alpha: T) -> (T, T);
 
@@ -22,7 +19,7 @@ pub(super) trait RowLaw<T: Real> {
 pub(super) struct UnilateralTerm<T> {
     offset: T,
     penalty: T,
-    centre: T,
+    pub centre: T,
     /// P_H \[N s\].
     pub impulse: T,
 }
@@ -50,21 +47,22 @@ impl<T: Real> UnilateralTerm<T> {
     pub fn recentre(&mut self, lanes: T::Mask) {
         self.centre = T::select(lanes, self.impulse, self.centre);
     }
+
+    /// Moves to a velocity; returns the stiffness along the row.
+    #[inline(always)]
+    pub fn evaluate(&mut self, form: LawForm, velocity: T) -> T {
+        let wanted = self.penalty.subtract_from(velocity + self.offset, self.centre);
+        let closed = HalfLine.is_closed(if form == LawForm::LastBranch { self.centre } else { wanted });
+        let (impulse, stiffness) = HalfLine.evaluate(wanted, self.penalty, closed);
+        self.impulse = impulse;
+        stiffness
+    }
 }
 
 impl<T: Real> RowLaw<T> for UnilateralTerm<T> {
     #[inline(always)]
     fn impulse(&self) -> T {
         self.impulse
-    }
-
-    #[inline(always)]
-    fn evaluate(&mut self, form: LawForm, velocity: T) -> T {
-        let wanted = self.penalty.subtract_from(velocity + self.offset, self.centre);
-        let closed = HalfLine.is_closed(if form == LawForm::LastBranch { self.centre } else { wanted });
-        let (impulse, stiffness) = HalfLine.evaluate(wanted, self.penalty, closed);
-        self.impulse = impulse;
-        stiffness
     }
 
     #[inline(always)]

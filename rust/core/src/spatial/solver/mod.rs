@@ -4,6 +4,7 @@
 //! use snake_core::spatial::solver::sweep::Quadratic;
 //! ```
 
+mod anderson;
 mod coulomb_friction;
 mod coulomb_laws;
 mod coulomb_newton;

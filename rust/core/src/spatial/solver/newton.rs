@@ -21,8 +21,9 @@
 
 use crate::laws::{Halves, Whole};
 use crate::math::{Mask, Real};
-use crate::solver::{Anderson, LawForm, MotorTerm, Outcome, SurfaceTerm};
+use crate::solver::{LawForm, MotorTerm, Outcome, SurfaceTerm};
 
+use super::anderson::Anderson;
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, LinkTerm};
 use super::obstacle_friction::ObstacleFriction;

@@ -298,7 +298,7 @@ impl InteriorPoint {
         let mut behind = Quadratic::zero();
         let (chain, free) = self.segments.split_at_mut(stage.chain());
         for ((segment, own), &stiffness) in chain.iter_mut().zip(&self.models).zip(&self.stiffness).rev() {
-            (behind, _) = segment.eliminate(behind, *own, stiffness);
+            (behind, _) = segment.eliminate::<true>(behind, *own, stiffness);
         }
         let ((mut end, _), mut omega) = (behind.minimiser(), 0.0);
         for (segment, direction) in chain.iter().zip(&mut self.direction) {
@@ -306,7 +306,7 @@ impl InteriorPoint {
         }
         let nodes = self.models.iter().zip(&mut self.direction).skip(stage.chain());
         for ((segment, value), (own, direction)) in free.iter_mut().zip(&mut self.movables).zip(nodes) {
-            (*value, _) = segment.eliminate(Quadratic::zero(), *own, 0.0);
+            (*value, _) = segment.eliminate::<true>(Quadratic::zero(), *own, 0.0);
             *direction = segment.substitute(&mut value.minimiser().0, &mut 0.0);
         }
         if !self.couplings.is_empty() {

@@ -8,7 +8,7 @@ use crate::math::{Mask, Real};
 const DEPTH: usize = 2;
 
 /// What is known of a solve's friction radii.
-pub(crate) struct Anderson<T: Real> {
+pub(super) struct Anderson<T: Real> {
     radii: Vec<Tracked<T>>,
     /// Lanes in which radii have been compared before.
     begun: T::Mask,
