@@ -1,7 +1,7 @@
 """Speed against that of an earlier commit.
 
     python -m experiments.earlier_commit 2e355ed
-    python -m experiments.earlier_commit HEAD~1 --envs SnakeCourse --actions random --modes gait
+    python -m experiments.earlier_commit HEAD~1 --envs SnakeCourse --actions random --modes gait --peg-friction 0.3
 
 Both commits are built in folders of their own, which are kept; that needs what `make build` needs, and takes as long.
 Two processes, one with each build, step the same batch in turn for short runs, so that other work on the machine weighs
@@ -32,7 +32,7 @@ from snake_env import ConfigError
 from snake_env._files import replace
 from snake_env.markdown import table
 from training.cli import answer
-from training.config import Count
+from training.config import Count, NotNegative
 
 ROOT = Path(__file__).resolve().parent.parent
 TIMER = Path(__file__).with_name("step_timer.py")
@@ -49,8 +49,8 @@ Env = Literal[
     "SnakePipe",
     "SnakeClimb",
 ]
-Batch = tuple[str, str, str, int]
-"""Id of the environment, action mode, actions, robots."""
+Batch = tuple[str, str, str, int, float]
+"""Id of the environment, action mode, actions, robots, friction at obstacles."""
 
 
 @dataclass
@@ -64,6 +64,7 @@ class Options:
         modes: Action modes.
         actions: "zero", the gait in the mode of that name and left out in the other; or "random".
         robots: Of a batch, on one thread.
+        peg_friction: Coefficient of friction at obstacles, in environments that have them.
         turns: Runs of each build.
         periods: Control periods of a run.
         builds: Folder in which builds are kept.
@@ -75,6 +76,7 @@ class Options:
     modes: tuple[Literal["gait", "joints"], ...] = ("gait", "joints")
     actions: tuple[Literal["zero", "random"], ...] = ("zero", "random")
     robots: Count = 256
+    peg_friction: NotNegative = 0.0
     turns: Count = 15
     periods: Count = 6
     builds: Path = Path("runs/builds")
@@ -200,7 +202,7 @@ def compare(args: Options) -> int:
         for name, mode, actions in product(args.envs, args.modes, args.actions):
             if mode != "gait" and actions == "zero":
                 continue  # a robot that holds its shape
-            batch = (f"{name}-v1", mode, actions, args.robots)
+            batch = (f"{name}-v1", mode, actions, args.robots, args.peg_friction)
             times = measure(both, batch, args.turns, args.periods)
             if times is not None:
                 rows.append(row(batch, times))

@@ -1,9 +1,9 @@
 """A process that times environment steps; :mod:`experiments.earlier_commit` starts two of them.
 
 Run as a file, with the `snake_env` of either commit on the path, so it imports nothing else of the repository. It
-prints the folder of that `snake_env`. A line of its input is a request in JSON: `[id, action mode, actions, robots]`
-makes a batch, a number advances it by so many control periods. A line of its output is the reply: "made", "unknown"
-where the commit has no such environment, or the CPU time per robot and period [s].
+prints the folder of that `snake_env`. A line of its input is a request in JSON: `[id, action mode, actions, robots,
+friction at obstacles]` makes a batch, a number advances it by so many control periods. A line of its output is the
+reply: "made", "unknown" where the commit has no such environment, or the CPU time per robot and period [s].
 """
 
 from __future__ import annotations
@@ -23,12 +23,14 @@ DRAWN = 97
 """Actions before they repeat."""
 
 
-def make(name: str, mode: str, actions: str, robots: int) -> tuple[Any, list[Any]] | None:
+def make(name: str, mode: str, actions: str, robots: int, peg_friction: float) -> tuple[Any, list[Any]] | None:
     """A reset batch on one thread and its actions; the first commits called environments ``-v0``."""
     known = [each for each in (name, name.replace("-v1", "-v0")) if each in gym.registry]
     if not known:
         return None
     options: dict[str, Any] = {} if mode == "gait" else {"action_mode": mode}
+    if peg_friction:
+        options["peg_friction"] = (peg_friction, peg_friction)
     envs: Any = gym.make_vec(
         known[0], num_envs=robots, num_threads=1, vectorization_mode=gym.VectorizeMode.VECTOR_ENTRY_POINT, **options
     )

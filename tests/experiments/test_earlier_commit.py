@@ -36,11 +36,14 @@ def test_every_batch_that_both_have_is_stepped_by_both(
         ["SnakeFree-v1", *kind] for kind in (["gait", "zero"], ["gait", "random"], ["joints", "random"])
     ]
     assert all(float(cell.replace(",", "")) > 0.0 for each in cells for cell in each[3:])
+    rough = ["--envs", "SnakeCourse", "--peg-friction", "0.3", "--modes", "joints", *batch[3:]]
+    assert earlier_commit.main(["old", *rough]) == 0
+    assert "SnakeCourse-v1" in capsys.readouterr().out
 
 
 def test_the_ratio_is_that_of_times_of_the_same_turn() -> None:
     times = np.array([[4e-5, 2e-5], [4e-4, 2e-4], [6e-5, 2e-5]])
-    cells = earlier_commit.row(("SnakeFree-v1", "gait", "zero", 8), times)
+    cells = earlier_commit.row(("SnakeFree-v1", "gait", "zero", 8, 0.0), times)
     assert cells == ("SnakeFree-v1", "gait", "zero", "16,667", "50,000", "2.00", "2.00 to 2.50")
 
 
