@@ -67,7 +67,7 @@ fn so_it_is_among_rough_pegs() {
     let system = system([0.2, 0.2]);
     let jamming = |k: usize| {
         let mut obstacles = table_7_5().obstacles;
-        obstacles.iter_mut().for_each(|obstacle| obstacle.friction = 0.3 + 0.1 * k as f64);
+        obstacles.iter_mut().for_each(|obstacle| obstacle.friction = 0.6 + 0.1 * k as f64);
         let wave = Wave { omega: 2.0 + 0.4 * k as f64, ..Wave::default() };
         Scripted::new(&system.robot, ObstacleGrid::of(&obstacles), START_7_5, &posture(&wave, 10), wave)
     };
