@@ -71,7 +71,7 @@ def test_a_stage_that_is_not_solved_to_its_tolerance_ends_with_the_best_solution
 
 @pytest.mark.parametrize(("mu", "half_width"), [(1.23, 0.12), (2.0, 0.115), (2.0, 0.11)])
 def test_a_jam_between_rough_walls_is_solved_in_short_steps(mu, half_width):
-    """With bounds of friction that are held in each inner problem, single steps take more than 20,000 linear solves."""
+    """No step of them takes 2,000 linear solves."""
     walls = [Segment((-0.6, y), (0.95, y), friction=mu) for y in (-half_width, half_width)]
     run = snake_env.simulate(
         robot=Robot(links=5, mass=(4.08, 0.68, 0.68, 0.68, 0.136)),

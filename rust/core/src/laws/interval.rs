@@ -24,7 +24,7 @@ impl<T: Real> ConvexSet for Interval<T> {
 }
 
 impl<T: Real> Interval<T> {
-    /// Whether friction within this bound was surely that of a contact that sticks, as last known.
+    /// Whether the last friction lay clearly inside this bound, so that the contact stuck.
     #[inline(always)]
     pub fn stuck(&self, last: T) -> T::Mask {
         last.abs().lt(T::splat(STUCK) * self.limit)
@@ -37,6 +37,6 @@ impl<T: Real> Interval<T> {
     }
 }
 
-/// Share of the bound below which friction was that of sticking: what is known is a vector, projected on a direction that has
-/// turned since.
+/// Share of the bound below which friction was that of sticking. Friction of a contact is known as a vector and projected on a
+/// direction that has turned since; other friction carries round-off.
 const STUCK: f64 = 1.0 - 1e-3;

@@ -1,6 +1,6 @@
 //! Newton's method on a stage with Coulomb's law as it stands: friction follows the normal impulse in the tangent, too.
 //!
-//! The solvers of the lanes hold bounds of friction in each step and update them afterwards, which converges where
+//! The spatial solver of the lanes holds bounds of friction in each step and updates them afterwards, which converges where
 //! friction is weak: a change dP of a normal impulse changes friction by mu dP, which acts on normal impulses again. Here
 //! velocities and impulses are both unknowns, each law is imposed as `P = prox_C(P)(...)` with the
 //! [set that belongs to the present normal impulse](super::coulomb_laws), and the tangent is the unsymmetric one of all

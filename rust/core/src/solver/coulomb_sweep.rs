@@ -1,6 +1,6 @@
 //! One linear solve of a chain in O(n) for tangents without symmetry, of twists of `N` numbers and joints of `A` axes.
 //!
-//! The elimination from tail to head is that of the solvers of the lanes, but friction that follows the normal impulse makes
+//! The elimination from tail to head is that of the spatial solver of the lanes, but friction that follows the normal impulse makes
 //! a link's tangent an unsymmetric matrix, and there is no function to minimise: what is eliminated are rows and columns.
 //! Twists are those of the CGs in the inertial frame.
 

@@ -74,7 +74,8 @@ impl<T: Real, D: Copy, S: LinkStep<T, D>> LowRank<T, D, S> {
         Self { response: Vec::with_capacity(rows.min(ROWS) * links), applied: Vec::with_capacity(rows) }
     }
 
-    /// Turns steps without couplings into those with them. Returns by how much g^T H^-1 g decreases \[J\].
+    /// Turns steps without couplings into those with them. Returns by how much g^T H^-1 g decreases, an
+    /// estimate where H has no symmetry \[J\].
     #[inline(always)]
     pub fn correct(
         &mut self,

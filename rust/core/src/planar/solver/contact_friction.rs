@@ -1,4 +1,5 @@
-//! Friction of contacts, with obstacles or between links, in [`Newton`](super::Newton). A stage without it pays for none.
+//! Friction of contacts, with obstacles or between links, in [`Newton`](super::Newton). A chain among smooth obstacles pays
+//! for none.
 
 use crate::laws::{Interval, LimitedActuator};
 use crate::math::Real;
@@ -59,9 +60,9 @@ impl<P, T: Real> ContactFriction<P, T> {
         if held { of_laws } else { of_laws.max(self.squared_bound_error(normal)) }
     }
 
-    /// Square of the largest way of a bound to that of its normal impulse, as a velocity \[m/s\]. Where links are wedged, a
-    /// violation within the tolerance may belong to impulses that grow with every move of the multipliers. So the way from the
-    /// bound of the multiplier counts too, if less.
+    /// Square of the largest distance of a bound from that of its normal impulse, as a velocity \[m/s\]. Where links are wedged, a
+    /// violation within the tolerance may belong to impulses that grow with every move of the multipliers. So the distance from
+    /// the bound of the multiplier counts too, if less.
     #[inline(always)]
     pub fn squared_bound_error(&self, normal: &[RowTerm<P, UnilateralTerm<T>>]) -> T {
         let mut largest = T::zero();

@@ -473,7 +473,8 @@ fn full_step<T: Real>(head: Vector2<T>, lanes: T::Mask) -> impl FnMut(&mut LinkT
 /// masses would show round-off in the impulses.
 pub(super) const TUNING: Tuning = Tuning { penalty: 1e6, ..Tuning::COMMON };
 
-/// Newton steps in turn in which bounds follow, and in which they move with the multipliers only.
+/// Bounds follow in the first evaluations of a solve, the warm start's and one for each of so many Newton steps. In the rest of
+/// a period of both they move with the multipliers only.
 const FOLLOWING: u32 = 12;
 const HOLDING: u32 = 6;
 
