@@ -46,6 +46,8 @@ pub struct NewtonStep<T> {
     pub length: T,
     /// Bound on the distance of the step's end to the minimum of the inner problem \[m/s\].
     pub distance: T,
+    /// Whether the laws at its end are others than those it was made for, so that its length tells nothing about its end.
+    pub changed: bool,
 }
 
 /// Tuned constants of the iteration. All are dimensionless; none changes the solution, only the work to find it.
@@ -103,9 +105,9 @@ pub fn solve<T: Real, P: StageProblem<T>>(
     problem.evaluate(LawForm::LastBranch);
     for iteration in 0..max_iterations {
         outcome.iterations += T::select(active, T::splat(1.0), T::zero());
-        let NewtonStep { length, distance } = problem.newton_step(active, iteration > 0);
+        let NewtonStep { length, distance, changed } = problem.newton_step(active, iteration > 0);
         let hard = T::splat(tuning.patience).lt(outcome.iterations);
-        let distance = T::select(hard, distance.min(length), distance);
+        let distance = if changed { distance } else { T::select(hard, distance.min(length), distance) };
         // A step that is not finite ends its lane: it is below no bound.
         active = active & length.lt(T::splat(f64::INFINITY));
         let close = active & distance.le(T::splat(tuning.close) * tolerance);

@@ -22,6 +22,7 @@ mod sweep;
 mod terms;
 mod transfer;
 mod unilateral;
+mod unsolved;
 
 pub use fallback::Fallback;
 pub use interior_point::{Descent, InteriorPoint};

@@ -23,6 +23,7 @@ use super::self_contacts::SelfContacts;
 use super::sweep::Quadratic;
 use super::terms::{ContactTerm, OnLink, StopTerm};
 use super::unilateral::RowLaw;
+use super::unsolved::Unsolved;
 
 /// Workspace of the solver, re-used from stage to stage.
 pub struct Newton<T: Real = f64> {
@@ -163,6 +164,7 @@ impl<T: Real> Newton<T> {
         active: T::Mask,
         damped: bool,
     ) -> NewtonStep<T> {
+        let are_bounds_followed = self.do_bounds_follow();
         let mut descent = self.eliminate::<COUPLED, ROUGH>();
         if COUPLED {
             let chain = self.links.len() - self.movables.len();
@@ -181,6 +183,7 @@ impl<T: Real> Newton<T> {
             // The length of the step as a velocity; `max` would swallow NaN.
             length: (descent.abs() * self.mobility[0]).sqrt(),
             distance: T::splat(CHAIN) * (end.remainder * self.mobility[0]).sqrt(),
+            changed: ROUGH && !are_bounds_followed && self.do_bounds_follow(),
         }
     }
 
@@ -279,6 +282,7 @@ impl<T: Real> Newton<T> {
         if COUPLED {
             slope = self.self_contacts.evaluate(form, &self.links, follows);
         }
+        let mut unsolved = Unsolved::new();
         let mut contacts = self.contacts.iter_mut().enumerate().peekable();
         let mut friction = self.obstacle_friction.terms.iter_mut().peekable();
         let chain = self.links.len() - self.surfaces.len();
@@ -305,16 +309,24 @@ impl<T: Real> Newton<T> {
                     model.add_coupling(&term.row.direction, &contact.row.direction, coupling);
                 }
             }
-            let expected = link.model.gradient_after::<ROUGH>(&link.step);
+            let mut expected = link.model.gradient_after::<ROUGH>(&link.step);
             let (mut x, mut y, mut moment) = (model.gx - expected.x, model.gy - expected.y, model.gw - expected.z);
             if COUPLED {
                 let coupled = &self.self_contacts.remainder[i];
                 (x, y, moment) = (x - coupled.x, y - coupled.y, moment - coupled.z);
+                expected += coupled - self.self_contacts.force[i];
             }
             link.model = model;
             let (joint_rate, joint_step) = (link.twist.z - omega, link.step.z - change);
             (omega, change) = (link.twist.z, link.step.z);
-            let expected = link.joint_stiffness.subtract_from(joint_step, link.joint_moment);
+            let expected_moment = link.joint_stiffness.subtract_from(joint_step, link.joint_moment);
+            if ROUGH {
+                if COUPLED && i >= chain {
+                    unsolved.add_free(&expected);
+                } else {
+                    unsolved.add(&link.segment, &expected, expected_moment);
+                }
+            }
             let motor = i.checked_sub(1).and_then(|joint| self.motors.get_mut(joint));
             (link.joint_moment, link.joint_stiffness) = link.actuator.evaluate_with(motor, form, joint_rate);
             if i > 0
@@ -323,10 +335,14 @@ impl<T: Real> Newton<T> {
                 link.joint_stiffness += stop.evaluate(form, joint_rate);
                 link.joint_moment += stop.moment();
             }
-            let torque = link.joint_moment - expected;
+            let torque = link.joint_moment - expected_moment;
             slope = link.joint_moment.subtract_from(joint_step, slope + model.slope_along(&link.step));
             forces = x.mul_add(x, y.mul_add(y, forces));
             moments = moment.mul_add(moment, torque.mul_add(torque, moments));
+        }
+        if ROUGH {
+            let left = unsolved.squares();
+            (forces, moments) = (forces + left[0], moments + left[1]);
         }
         StepEnd { slope, remainder: forces * self.mobility[0] + moments * self.mobility[1] }
     }

@@ -47,9 +47,9 @@ pub(super) struct Skew<T> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Segment<T> {
     /// Direction of the joint angle to the link before.
-    turn: Heading<T>,
+    pub turn: Heading<T>,
     /// From the near end to the CG, and from there to the far end \[m\].
-    arms: [T; 2],
+    pub arms: [T; 2],
     elimination: Elimination<T>,
     /// Like `px` and `py` of the elimination, of the column of omega_i instead of its row; what is `ROUGH` leaves it.
     column: [T; 2],

@@ -195,7 +195,7 @@ impl StageProblem<f64> for InnerProblem<'_> {
     fn newton_step(&mut self, _active: bool, _damped: bool) -> NewtonStep<f64> {
         self.newton.find_direction(self.stage);
         let length = self.newton.descend(self.stage, self.twist);
-        NewtonStep { length, distance: length }
+        NewtonStep { length, distance: length, changed: false }
     }
 
     fn multiplier_error(&self) -> f64 {
