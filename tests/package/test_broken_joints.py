@@ -76,8 +76,11 @@ def test_the_models_agree_where_nothing_resists():
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_lock_is_the_limit_of_a_stiff_controller(model):
-    """Another way to a locked joint: all joints under stiff control, one with a constant reference."""
-    gait, gains = Gait(), PD(kp=3e6, kd=6e3)
+    """Another way to a locked joint: all joints under stiff control, one with a constant reference.
+
+    In 3D, where the model leaves open how links share loads, both differ the less the higher the gains are.
+    """
+    gait, gains = Gait(), PD(kp=1e7, kd=2e4)
     time = np.linspace(0.0, 1.0, 401)
     begun = np.clip(time / 0.5, 0.0, 1.0)[:, None]  # at rest at first
     phase = gait.omega * time[:, None] * begun**2 * (3.0 - 2.0 * begun) + gait.beta * np.arange(10)

@@ -71,8 +71,6 @@ pub struct DiscEvaluation<T = f64> {
     pub jacobian: Symmetric2<T>,
     /// Change of the value by that of the radius, up to a radius of |x|: e outside, zero inside.
     pub by_radius: Vector2<T>,
-    /// |x|, which means nothing on the inner branch.
-    pub length: T,
 }
 
 impl<R> Disc<R> {
@@ -133,7 +131,6 @@ fn on_branch<T: Real>(x: &Vector2<T>, inverse: T, shrink: T, inner: T::Mask) -> 
             yy: T::select(inner, one, ex * ex * shrink),
         },
         by_radius: Vector2::new(T::select(inner, zero, ex), T::select(inner, zero, ey)),
-        length: x.x.mul_add(ex, x.y * ey),
     }
 }
 

@@ -36,6 +36,12 @@ impl Skin {
 
 /// How the set of a friction law follows from a disc: chosen once for a solve.
 pub trait Halves: Copy {
+    /// Whether there are two halves.
+    const DIFFER: bool;
+
+    /// s where P_x >= 0 and where it is negative.
+    fn sides<T: Real>(&self) -> [T; 2];
+
     /// s on the side on which `x` lies.
     fn side<T: Real>(&self, x: T) -> T;
 
@@ -63,6 +69,13 @@ pub trait Halves: Copy {
 pub struct Whole;
 
 impl Halves for Whole {
+    const DIFFER: bool = false;
+
+    #[inline(always)]
+    fn sides<T: Real>(&self) -> [T; 2] {
+        [T::splat(1.0); 2]
+    }
+
     #[inline(always)]
     fn side<T: Real>(&self, _x: T) -> T {
         T::splat(1.0)
@@ -90,9 +103,17 @@ impl Halves for Whole {
 }
 
 impl Halves for Skin {
+    const DIFFER: bool = true;
+
+    #[inline(always)]
+    fn sides<T: Real>(&self) -> [T; 2] {
+        [T::splat(self.shares[0]), T::splat(self.shares[1])]
+    }
+
     #[inline(always)]
     fn side<T: Real>(&self, x: T) -> T {
-        T::select(T::zero().le(x), T::splat(self.shares[0]), T::splat(self.shares[1]))
+        let [positive, negative] = self.sides();
+        T::select(T::zero().le(x), positive, negative)
     }
 
     #[inline(always)]
@@ -103,12 +124,12 @@ impl Halves for Skin {
     #[inline(always)]
     fn out_of_disc<T: Real>(
         &self,
-        DiscEvaluation { value, jacobian: d, by_radius, length }: DiscEvaluation<T>,
+        DiscEvaluation { value, jacobian: d, by_radius }: DiscEvaluation<T>,
         side: T,
     ) -> DiscEvaluation<T> {
         let jacobian = Symmetric2 { xx: side * side * d.xx, xy: side * d.xy, yy: d.yy };
         let (value, by_radius) = (self.scaled(&value, side), self.scaled(&by_radius, side));
-        DiscEvaluation { value, jacobian, by_radius, length }
+        DiscEvaluation { value, jacobian, by_radius }
     }
 
     #[inline(always)]
@@ -120,7 +141,7 @@ impl Halves for Skin {
 
     #[inline(always)]
     fn least<T: Real>(&self, x: &Vector2<T>, d: &Vector2<T>, r: T) -> T {
-        let (positive, negative) = (T::splat(self.shares[0]), T::splat(self.shares[1]));
+        let [positive, negative] = self.sides();
         let first = Whole.least(&self.scaled(x, positive), &self.scaled(d, positive), r);
         let second = Whole.least(&self.scaled(x, negative), &self.scaled(d, negative), r);
         T::select(T::zero().le(x.x - first * r * d.x), first, second)

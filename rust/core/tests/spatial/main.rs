@@ -8,7 +8,7 @@ mod capsule_geometry;
 mod cg_offset_laws;
 mod discrepancy_laws;
 mod flight;
-mod foreseen_radii;
+mod following_radii;
 mod ground_geometry;
 mod hinge_laws;
 mod implicit_laws;

@@ -13,7 +13,6 @@ use crate::spatial::{Stage, StageSolution, hinge_directions};
 use super::coulomb_friction::ObstacleFrictionLaw;
 use super::coulomb_laws::{GroundLaws, ObstacleLaw};
 use super::coulomb_sweep::{chain_link, mass_matrix, spatial_vector, stacked};
-use super::transfer::PENALTY;
 
 /// Workspace of the solver, re-used from stage to stage.
 pub struct CoulombNewton {
@@ -271,3 +270,6 @@ impl EliminatedChain<f64, Vector6<f64>, ChainStep> for CoupledChain<6, 2, Ground
 /// Violation of the laws that is left to the compliance over the speed of the robot, and over the tolerance.
 const EXACT: f64 = 1e-8;
 const EXACT_AT_REST: f64 = 1e-6;
+
+/// Stiffness of contacts over the mass of a link, less than that of [`Newton`](super::Newton): a stiffer one takes more steps.
+const PENALTY: f64 = 1e5;

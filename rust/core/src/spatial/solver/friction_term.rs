@@ -5,6 +5,9 @@ use nalgebra::Vector2;
 use crate::laws::{Disc, DiscEvaluation, Halves, Symmetric2};
 use crate::math::{Mask, Real, select_into};
 
+use super::progress::PassLanes;
+use super::ray_laws::RayLaws;
+
 /// What the friction laws of a stage share: the shape of the ellipse, its size but for the normal impulse, and the
 /// penalty.
 #[derive(Debug, Clone, Copy)]
@@ -28,12 +31,15 @@ pub(super) struct FrictionTerm<T: Real> {
     centre: Vector2<T>,
     /// p, or S p with a skin \[N s\].
     pub value: Vector2<T>,
-    /// Change of the value by that of the radius \[-\].
-    by_radius: Vector2<T>,
-    /// Of a contact that slips, the radius from which on it would stick \[N s\].
-    length: T,
     /// Whether the contact counts as sticking whatever its velocity.
     held: T::Mask,
+}
+
+/// How friction varies: -dp/dgamma^, and its change by that of the radius, zero where the next step keeps that.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FrictionTangent<T> {
+    pub stiffness: Symmetric2<T>,
+    pub by_radius: Vector2<T>,
 }
 
 impl<T: Real> FrictionLaw<T> {
@@ -51,6 +57,12 @@ impl<T: Real> FrictionLaw<T> {
     #[inline(always)]
     pub fn radius(&self, normal: T) -> T {
         (self.strength * normal).max(T::zero())
+    }
+
+    /// By how much the radius grows with the normal impulse.
+    #[inline(always)]
+    pub fn strength(&self) -> T {
+        self.strength
     }
 
     /// S v.
@@ -75,7 +87,7 @@ impl<T: Real> FrictionTerm<T> {
     pub fn new(law: &FrictionLaw<T>, radius: T, impulse: &Vector2<T>) -> Self {
         let none = Vector2::new(T::zero(), T::zero());
         let p = Vector2::new(law.inverse_shape.x * impulse.x, law.inverse_shape.y * impulse.y);
-        Self { radius, centre: none, value: none, by_radius: none, length: T::zero(), held: sticks(&p, radius) }
+        Self { radius, centre: none, value: none, held: sticks(&p, radius) }
     }
 
     #[inline(always)]
@@ -86,7 +98,13 @@ impl<T: Real> FrictionTerm<T> {
     /// A contact in the air.
     #[inline(always)]
     pub fn vanish(&mut self) {
-        (self.value, self.by_radius) = (Vector2::new(T::zero(), T::zero()), Vector2::new(T::zero(), T::zero()));
+        self.value = Vector2::new(T::zero(), T::zero());
+    }
+
+    /// Its impulse, which is none, becomes the multiplier.
+    #[inline(always)]
+    pub fn recentre_in_the_air(&mut self, lanes: T::Mask) {
+        select_into(&mut self.centre, lanes, &self.value);
     }
 
     /// From now on the contact sticks or slips as its velocity determines.
@@ -95,12 +113,13 @@ impl<T: Real> FrictionTerm<T> {
         self.held = T::Mask::of(|_| false);
     }
 
-    /// Takes the `wanted` radius where it differs by no more than `largest_change`; returns by how much it did.
+    /// Takes the `wanted` radius where it differs by no more than `most`; returns how far it is from it otherwise.
     #[inline(always)]
-    pub fn follow(&mut self, wanted: T, largest_change: T) -> T {
+    pub fn follow(&mut self, wanted: T, most: T) -> T {
         let change = (wanted - self.radius).abs();
-        self.radius = T::select(change.le(largest_change), wanted, self.radius);
-        change
+        let follows = change.le(most);
+        self.radius = T::select(follows, wanted, self.radius);
+        T::select(follows, T::zero(), change)
     }
 
     /// Decides anew, in these halves, whether a contact whose friction was `impulse` sticks until it is released.
@@ -110,41 +129,48 @@ impl<T: Real> FrictionTerm<T> {
         self.held = sticks(&halves.in_disc(&p), self.radius);
     }
 
-    /// Moves to the slip gamma^; returns the stiffness -dp/dgamma^ there.
+    /// Moves to the slip gamma^. The radius is `error` short of that of its normal impulse, as [`Self::follow`] has it; multipliers
+    /// have moved since, after which that radius is `wanted`, negative under an impulse that pulls.
     #[inline(always)]
-    pub fn evaluate(&mut self, halves: impl Halves, law: &FrictionLaw<T>, gamma: &Vector2<T>) -> Symmetric2<T> {
-        let r = law.penalty;
+    pub fn evaluate<const RECENTRING: bool>(
+        &mut self,
+        halves: impl Halves,
+        law: &FrictionLaw<T>,
+        gamma: &Vector2<T>,
+        (error, wanted): (T, T),
+        lanes: &PassLanes<T>,
+    ) -> FrictionTangent<T> {
+        let (r, zero) = (law.penalty, T::zero());
         let x = Vector2::new(r.subtract_from(gamma.x, self.centre.x), r.subtract_from(gamma.y, self.centre.y));
         let side = halves.side(x.x);
         let evaluation = self.disc().evaluate_held(&halves.scaled(&x, side), self.held);
-        let DiscEvaluation { value, jacobian, by_radius, length } = halves.out_of_disc(evaluation, side);
-        (self.value, self.by_radius, self.length) = (value, by_radius, length);
-        Symmetric2 { xx: r * jacobian.xx, xy: r * jacobian.xy, yy: r * jacobian.yy }
+        let DiscEvaluation { value, jacobian, by_radius } = halves.out_of_disc(evaluation, side);
+        self.value = value;
+        let stiffness = Symmetric2 { xx: r * jacobian.xx, xy: r * jacobian.xy, yy: r * jacobian.yy };
+        if RECENTRING {
+            self.recentre_here(halves, gamma, &stiffness, lanes.recentred);
+        }
+        let change = T::select(lanes.extrapolated, wanted - self.radius, zero);
+        self.value.x = change.mul_add(by_radius.x, self.value.x);
+        self.value.y = change.mul_add(by_radius.y, self.value.y);
+        let follows = lanes.extrapolated | (lanes.following & error.le(zero));
+        let by_radius = Vector2::new(T::select(follows, by_radius.x, zero), T::select(follows, by_radius.y, zero));
+        FrictionTangent { stiffness, by_radius }
     }
 
-    /// Change of the value where the radius becomes `radius` at the present slip: friction that is too large for
-    /// the disc grows with it until the contact sticks.
+    /// Adds the law at gamma^ + alpha rate.
     #[inline(always)]
-    pub fn change_with(&self, radius: T) -> Vector2<T> {
-        let change = radius.min(self.length) - self.radius;
-        Vector2::new(change * self.by_radius.x, change * self.by_radius.y)
-    }
-
-    /// First and second derivative of the law's function at gamma^ + alpha rate by alpha.
-    #[inline(always)]
-    pub fn along(
+    pub fn add_along(
         &self,
         halves: impl Halves,
         law: &FrictionLaw<T>,
         gamma: &Vector2<T>,
         rate: &Vector2<T>,
-        alpha: T,
-    ) -> (T, T) {
-        let (r, x) = (law.penalty, Vector2::new(alpha.mul_add(rate.x, gamma.x), alpha.mul_add(rate.y, gamma.y)));
-        let x = Vector2::new(r.subtract_from(x.x, self.centre.x), r.subtract_from(x.y, self.centre.y));
-        let side = halves.side(x.x);
-        let (first, second) = self.disc().along(&halves.scaled(&x, side), &halves.scaled(rate, side), r);
-        (-first, second)
+        ray: &mut RayLaws<T>,
+    ) {
+        let r = law.penalty;
+        let x = Vector2::new(r.subtract_from(gamma.x, self.centre.x), r.subtract_from(gamma.y, self.centre.y));
+        ray.add_friction(halves, self.radius, &x, rate, r);
     }
 
     /// How far the centre is from the impulse, squared: over the squared penalty it is the velocity by which the law is
@@ -173,13 +199,7 @@ impl<T: Real> FrictionTerm<T> {
     /// The impulse becomes the multiplier in the given lanes, and the impulse what it will then be at the slip gamma^ of
     /// the last evaluation, on the branch of `stiffness`.
     #[inline(always)]
-    pub fn recentre_here(
-        &mut self,
-        halves: impl Halves,
-        gamma: &Vector2<T>,
-        stiffness: &Symmetric2<T>,
-        lanes: T::Mask,
-    ) {
+    fn recentre_here(&mut self, halves: impl Halves, gamma: &Vector2<T>, stiffness: &Symmetric2<T>, lanes: T::Mask) {
         select_into(&mut self.centre, lanes, &halves.gradient(&self.value));
         let Symmetric2 { xx, xy, yy } = *stiffness;
         let value = Vector2::new(
@@ -187,14 +207,6 @@ impl<T: Real> FrictionTerm<T> {
             yy.subtract_from(gamma.y, xy.subtract_from(gamma.x, self.value.y)),
         );
         select_into(&mut self.value, lanes, &value);
-    }
-
-    /// The alpha at which the slip gamma^ + alpha rate is least; not a number if it does not change, or has no friction.
-    #[inline(always)]
-    pub fn kink(&self, halves: impl Halves, gamma: &Vector2<T>, rate: &Vector2<T>) -> T {
-        // Friction lies on the other side of the slip.
-        let kink = halves.least(&Vector2::new(-gamma.x, -gamma.y), rate, T::splat(1.0));
-        T::select(T::zero().lt(self.radius), kink, T::splat(f64::NAN))
     }
 }
 

@@ -7,7 +7,9 @@ use crate::math::{Mask, Real};
 use crate::solver::{ActuatorTerm, SurfaceTerm};
 
 use super::friction_term::{FrictionLaw, FrictionTerm};
-use super::sweep::{Quadratic, Segment, Symmetric, with_products};
+use super::progress::PassLanes;
+use super::ray_laws::RayLaws;
+use super::sweep::{Affine, PointStiffness, Segment};
 use super::terms::ContactTerm;
 use crate::spatial::spatial_vector::{
     Momentum, Twist, Wrench, along, difference, inner, scaled, sum, sum_with_cross, zero_vector,
@@ -38,8 +40,7 @@ pub(super) struct GroundTerm<T: Real> {
 #[derive(Debug, Clone, Copy)]
 struct GroundForce<T> {
     force: Vector3<T>,
-    normal: T,
-    sliding: Symmetric2<T>,
+    stiffness: PointStiffness<T>,
     /// The normal impulse that friction radii follow, and how far that of sliding was from what belongs to it \[N s\].
     load: T,
     radius_error: T,
@@ -53,7 +54,7 @@ pub(super) struct LinkTerm<T: Real> {
     /// e_z^B.
     axis: Vector3<T>,
     pub momentum: Momentum<T>,
-    mass: T,
+    pub mass: T,
     pub inverse_mass: T,
     /// Theta_psi, and how much larger Theta_rho is.
     inertia: T,
@@ -183,45 +184,49 @@ impl<T: Real> LinkTerm<T> {
         (Vector2::new(p.x.mul_add(v.x, p.y * v.y), q.x.mul_add(v.x, q.y * v.y)), v.z)
     }
 
-    /// Friction and its stiffness in frame I, of an impulse and a stiffness in the coordinates of the disc.
+    /// A force or stiffness in frame I, of one in the coordinates of the disc.
     #[inline(always)]
-    fn out_of_disc(&self, f: &Vector2<T>, k: &Symmetric2<T>) -> (Vector2<T>, Symmetric2<T>) {
+    fn out_of_disc(&self, f: &Vector2<T>) -> Vector2<T> {
+        let [p, q] = &self.slip;
+        Vector2::new(p.x.mul_add(f.x, q.x * f.y), p.y.mul_add(f.x, q.y * f.y))
+    }
+
+    #[inline(always)]
+    fn stiffness_out_of_disc(&self, k: &Symmetric2<T>) -> Symmetric2<T> {
         let [p, q] = &self.slip;
         let along = Vector2::new(k.xx.mul_add(p.x, k.xy * q.x), k.xx.mul_add(p.y, k.xy * q.y));
         let across = Vector2::new(k.xy.mul_add(p.x, k.yy * q.x), k.xy.mul_add(p.y, k.yy * q.y));
-        let stiffness = Symmetric2 {
+        Symmetric2 {
             xx: p.x.mul_add(along.x, q.x * across.x),
             xy: p.x.mul_add(along.y, q.x * across.y),
             yy: p.y.mul_add(along.y, q.y * across.y),
-        };
-        (Vector2::new(p.x.mul_add(f.x, q.x * f.y), p.y.mul_add(f.x, q.y * f.y)), stiffness)
+        }
     }
 
     /// Moves all ground laws to the present twist and adds gradient and Hessian to `model`, with those of
     /// |x - M^-1 p|_M^2 / 2. The friction laws first take the radii that belong to the normal impulses, where these are
-    /// within `following` of the present ones. Returns how far they were from those; both as velocities.
+    /// plausible. Returns how far they are from those, as a velocity.
     #[inline(always)]
     pub fn evaluate<const RECENTRING: bool>(
         &mut self,
         halves: impl Halves,
-        model: &mut Quadratic<T>,
+        model: &mut Affine<T>,
         laws: &GroundLaws<T>,
-        following: T,
-        recentred: T::Mask,
+        lanes: &PassLanes<T>,
     ) -> T {
-        let (arms, largest_change) = (self.arms(), self.radius_change(following));
-        let front = self.touch::<RECENTRING>(0, &arms[0], halves, laws, largest_change, recentred);
-        let rear = self.touch::<RECENTRING>(1, &arms[1], halves, laws, largest_change, recentred);
-        let rolling_radius = laws.rolling.radius(front.load + rear.load);
-        let rolling_error = self.rolling.follow(rolling_radius, largest_change);
-        let error = front.radius_error.max(rear.radius_error).max(rolling_error);
+        let arms = self.arms();
+        let front = self.touch::<RECENTRING>(0, &arms[0], halves, laws, lanes);
+        let rear = self.touch::<RECENTRING>(1, &arms[1], halves, laws, lanes);
+        let rolling_error =
+            self.rolling.follow(laws.rolling.radius(front.load + rear.load), lanes.plausible * self.mass);
+        let wanted = laws.rolling.strength() * (self.ends[0].normal.value + self.ends[1].normal.value);
         let velocity = self.rolling_velocity(&self.twist);
-        let stiffness = self.rolling.evaluate(Whole, &laws.rolling, &velocity);
-        if RECENTRING {
-            self.rolling.recentre_here(Whole, &velocity, &stiffness, recentred);
-        }
-        self.add_to(model, [&front, &rear], [&arms[0], &arms[1]], (self.rolling.value, stiffness));
-        error * self.inverse_mass
+        let law = &laws.rolling;
+        let tangent = self.rolling.evaluate::<RECENTRING>(Whole, law, &velocity, (rolling_error, wanted), lanes);
+        let by_load = times(law.strength() * self.radius, &tangent.by_radius);
+        let rolling = (self.rolling.value, tangent.stiffness, by_load);
+        self.add_to(model, [&front, &rear], [&arms[0], &arms[1]], rolling);
+        front.radius_error.max(rear.radius_error).max(rolling_error) * self.inverse_mass
     }
 
     /// Moves the laws of one end, whose contact point is `arm` from the CG, to the present twist. A loop over both ends would
@@ -233,51 +238,39 @@ impl<T: Real> LinkTerm<T> {
         arm: &Vector3<T>,
         halves: impl Halves,
         laws: &GroundLaws<T>,
-        largest_change: T,
-        recentred: T::Mask,
+        lanes: &PassLanes<T>,
     ) -> GroundForce<T> {
         let (slip, closing) = self.contact_velocity(arm, &self.twist);
+        let most = lanes.plausible * self.mass;
         let term = &mut self.ends[end];
         let normal = term.normal.evaluate(closing);
         let touches = T::zero().lt(normal) | T::zero().lt(term.friction.radius);
         if !touches.any() {
             // A sphere in the air: its laws contribute nothing.
             term.friction.vanish();
+            if RECENTRING {
+                term.normal.recentre(lanes.recentred);
+                term.friction.recentre_in_the_air(lanes.recentred);
+            }
             return GroundForce::none();
         }
-        let radius_error = term.friction.follow(term.wanted_radius(laws), largest_change);
         let load = term.normal.value;
-        let stick = term.friction.evaluate(halves, &laws.sliding, &slip);
+        let radius_error = term.friction.follow(term.wanted_radius(laws), most);
         if RECENTRING {
-            term.normal.recentre_here(closing, normal, recentred);
-            term.friction.recentre_here(halves, &slip, &stick, recentred);
+            term.normal.recentre_here(closing, normal, lanes.recentred);
         }
-        let (bearing, value) = (term.normal.value, term.friction.value);
-        let (friction, sliding) = self.out_of_disc(&value, &stick);
-        GroundForce { force: Vector3::new(friction.x, friction.y, bearing), normal, sliding, load, radius_error }
-    }
-
-    /// Adds to the gradient at the end of the step how friction changes it by taking the radii that belong to the normal
-    /// impulses there.
-    #[inline(always)]
-    pub fn add_change_of_friction(&self, gradient: &mut Momentum<T>, laws: &GroundLaws<T>) {
-        let [r, s] = &self.arms();
-        let (front, front_load) = self.change_of_sliding(0, r, laws);
-        let (rear, rear_load) = self.change_of_sliding(1, s, laws);
-        gradient.linear = difference(&gradient.linear, &sum(&front, &rear));
-        gradient.angular = sum_with_cross(&sum_with_cross(&gradient.angular, &front, r), &rear, s);
-        let rolling = self.rolling.change_with(laws.rolling.radius(front_load + rear_load));
-        gradient.angular.x = self.radius.subtract_from(rolling.x, gradient.angular.x);
-        gradient.angular.y = self.radius.subtract_from(rolling.y, gradient.angular.y);
-    }
-
-    /// The same of one end's friction, frame I, and the normal impulse of that end after the step.
-    #[inline(always)]
-    fn change_of_sliding(&self, end: usize, arm: &Vector3<T>, laws: &GroundLaws<T>) -> (Vector3<T>, T) {
-        let (term, [p, q]) = (&self.ends[end], &self.slip);
-        let load = term.normal.value_after(self.step.velocity_at(arm).z);
-        let f = term.friction.change_with(term.share * laws.sliding.radius(load));
-        (Vector3::new(p.x.mul_add(f.x, q.x * f.y), p.y.mul_add(f.x, q.y * f.y), T::zero()), load)
+        let (bearing, strength) = (term.normal.value, term.share * laws.sliding.strength());
+        let radius = (radius_error, strength * bearing);
+        let tangent = term.friction.evaluate::<RECENTRING>(halves, &laws.sliding, &slip, radius, lanes);
+        let value = term.friction.value;
+        let by_load = times(strength * normal, &tangent.by_radius);
+        let (friction, sliding) = (self.out_of_disc(&value), self.stiffness_out_of_disc(&tangent.stiffness));
+        GroundForce {
+            force: Vector3::new(friction.x, friction.y, bearing),
+            stiffness: PointStiffness { sliding, coupling: self.out_of_disc(&by_load), normal },
+            load,
+            radius_error,
+        }
     }
 
     /// Moves the friction of something that can be pushed to the present twist, multipliers to the impulses in the lanes
@@ -287,7 +280,7 @@ impl<T: Real> LinkTerm<T> {
     pub fn evaluate_surface(
         &self,
         surface: &mut SurfaceTerm<T>,
-        model: &mut Quadratic<T>,
+        model: &mut Affine<T>,
         laws: &GroundLaws<T>,
         recentred: T::Mask,
     ) -> T {
@@ -301,10 +294,11 @@ impl<T: Real> LinkTerm<T> {
         let change = self.momentum_of(&self.twist).plus_scaled(&self.momentum, -T::splat(1.0));
         model.gradient = model.gradient.plus_scaled(&change, T::splat(1.0));
         model.gradient = model.gradient.plus_scaled(&Wrench::upright(&impulse), -T::splat(1.0));
-        let (a, c) = (&mut model.linear, &mut model.angular);
-        (a.xx, a.yy, a.zz) = (a.xx + self.mass + across.x, a.yy + self.mass + across.y, a.zz + self.mass);
-        (c.xx, c.yy) = (c.xx + self.inertia, c.yy + self.inertia);
-        c.zz += self.inertia + self.roll_excess + across.z;
+        let [a, b, c] = &mut model.matrix.linear;
+        (a.x, b.y, c.z) = (a.x + self.mass + across.x, b.y + self.mass + across.y, c.z + self.mass);
+        let [a, b, c] = &mut model.matrix.angular;
+        (a.x, b.y) = (a.x + self.inertia, b.y + self.inertia);
+        c.z += self.inertia + self.roll_excess + across.z;
         model.add_rank_one(&Wrench::upright(&along), -stiffness, T::zero());
         surface.squared_error(&twist, self.mass) * laws.penalty * laws.penalty
     }
@@ -332,12 +326,6 @@ impl<T: Real> LinkTerm<T> {
         [&mut front.friction, &mut rear.friction, &mut self.rolling]
     }
 
-    /// Change of a radius \[N s\] that is this velocity.
-    #[inline(always)]
-    pub fn radius_change(&self, velocity: T) -> T {
-        velocity * self.mass
-    }
-
     /// Radii of [`Self::frictions`], and those of the normal impulses \[N s\].
     #[inline(always)]
     pub fn radii(&mut self, laws: &GroundLaws<T>) -> [(&mut T, T); 3] {
@@ -356,10 +344,10 @@ impl<T: Real> LinkTerm<T> {
     #[inline(always)]
     fn add_to(
         &self,
-        model: &mut Quadratic<T>,
+        model: &mut Affine<T>,
         [front, rear]: [&GroundForce<T>; 2],
         [r, s]: [&Vector3<T>; 2],
-        (rolling, k): (Vector2<T>, Symmetric2<T>),
+        (rolling, k, by_load): (Vector2<T>, Symmetric2<T>, Vector2<T>),
     ) {
         let missing = self.momentum_of(&self.twist).plus_scaled(&self.momentum, -T::splat(1.0));
         let Momentum { linear, angular } = &mut model.gradient;
@@ -368,30 +356,24 @@ impl<T: Real> LinkTerm<T> {
         *angular = sum_with_cross(angular, &rear.force, s);
         angular.x = self.radius.subtract_from(rolling.x, angular.x);
         angular.y = self.radius.subtract_from(rolling.y, angular.y);
-        let a = &mut model.linear;
-        a.xx += self.mass + (front.sliding.xx + rear.sliding.xx);
-        a.xy += front.sliding.xy + rear.sliding.xy;
-        a.yy += self.mass + (front.sliding.yy + rear.sliding.yy);
-        a.zz += self.mass + (front.normal + rear.normal);
-        let ([x, y, z], [u, v, w]) = (front.seen_from(r), rear.seen_from(s));
-        let [b, c, d] = &mut model.mixed;
-        (*b, *c, *d) = (sum(b, &sum(&x, &u)), sum(c, &sum(&y, &v)), sum(d, &sum(&z, &w)));
+        let matrix = &mut model.matrix;
+        let [a, b, c] = &mut matrix.linear;
+        (a.x, b.y, c.z) = (a.x + self.mass, b.y + self.mass, c.z + self.mass);
+        matrix.add_at(r, &front.stiffness);
+        matrix.add_at(s, &rear.stiffness);
+        // Rolling friction falls with the vertical velocities of both contact points.
+        let (p, q) = (front.stiffness.normal, rear.stiffness.normal);
+        let (bearing, load) = (p + q, Vector2::new(p.mul_add(r.y, q * s.y), -p.mul_add(r.x, q * s.x)));
+        let [a, b, _] = &mut matrix.back;
+        (a.z, b.z) = (by_load.x.mul_add(bearing, a.z), by_load.y.mul_add(bearing, b.z));
         let (axis, spin, squared) = (&self.axis, scaled(&self.axis, self.roll_excess), self.radius * self.radius);
-        let c = &mut model.angular;
-        let own = Symmetric {
-            xx: squared.mul_add(k.xx, axis.x.mul_add(spin.x, self.inertia)),
-            xy: squared.mul_add(k.xy, axis.x * spin.y),
-            xz: axis.x * spin.z,
-            yy: squared.mul_add(k.yy, axis.y.mul_add(spin.y, self.inertia)),
-            yz: axis.y * spin.z,
-            zz: axis.z.mul_add(spin.z, self.inertia),
-        };
-        c.xx += with_products(own.xx, [z.x, y.x, w.x, v.x], [r.y, r.z, s.y, s.z]);
-        c.xy += with_products(own.xy, [z.y, y.y, w.y, v.y], [r.y, r.z, s.y, s.z]);
-        c.xz += s.z.subtract_from(v.z, r.z.subtract_from(y.z, own.xz));
-        c.yy += with_products(own.yy, [x.y, z.y, u.y, w.y], [r.z, r.x, s.z, s.x]);
-        c.yz += s.z.mul_add(u.z, r.z.mul_add(x.z, own.yz));
-        c.zz += with_products(own.zz, [y.z, x.z, v.z, u.z], [r.x, r.y, s.x, s.y]);
+        let [a, b, c] = &mut matrix.angular;
+        (*a, *b, *c) = (along(a, &spin, axis.x), along(b, &spin, axis.y), along(c, &spin, axis.z));
+        a.x += by_load.x.mul_add(load.x, squared.mul_add(k.xx, self.inertia));
+        a.y += by_load.x.mul_add(load.y, squared * k.xy);
+        b.x += by_load.y.mul_add(load.x, squared * k.xy);
+        b.y += by_load.y.mul_add(load.y, squared.mul_add(k.yy, self.inertia));
+        c.z += self.inertia;
     }
 
     /// L_SC (omega_x, omega_y): gamma_V of (T 4.43) turned by a right angle.
@@ -400,33 +382,17 @@ impl<T: Real> LinkTerm<T> {
         Vector2::new(self.radius * x.angular.x, self.radius * x.angular.y)
     }
 
-    /// First and second derivative by alpha of the functions of all ground laws, alpha of the step on.
+    /// Adds all ground laws along the step.
     #[inline(always)]
-    pub fn ground_along(&self, halves: impl Halves, laws: &GroundLaws<T>, alpha: T) -> (T, T) {
+    pub fn add_ground_along(&self, halves: impl Halves, laws: &GroundLaws<T>, ray: &mut RayLaws<T>) {
         let (gamma, rate) = (self.rolling_velocity(&self.twist), self.rolling_velocity(&self.step));
-        let (mut slope, mut curvature) = self.rolling.along(Whole, &laws.rolling, &gamma, &rate, alpha);
+        self.rolling.add_along(Whole, &laws.rolling, &gamma, &rate, ray);
         for (end, arm) in self.ends.iter().zip(&self.arms()) {
             let (slip, closing) = self.contact_velocity(arm, &self.twist);
             let (slip_change, closing_change) = self.contact_velocity(arm, &self.step);
-            let normal = end.normal.along(closing, closing_change, alpha);
-            let friction = end.friction.along(halves, &laws.sliding, &slip, &slip_change, alpha);
-            slope += normal.0 + friction.0;
-            curvature += normal.1 + friction.1;
+            end.normal.add_along(closing, closing_change, ray);
+            end.friction.add_along(halves, &laws.sliding, &slip, &slip_change, ray);
         }
-        (slope, curvature)
-    }
-
-    /// The places along the step at which the slip of either sphere is least.
-    #[inline(always)]
-    pub fn kinks(&self, halves: impl Halves) -> [T; 2] {
-        let [front, rear] = &self.arms();
-        [self.kink(halves, 0, front), self.kink(halves, 1, rear)]
-    }
-
-    #[inline(always)]
-    fn kink(&self, halves: impl Halves, end: usize, arm: &Vector3<T>) -> T {
-        let (slip, change) = (self.contact_velocity(arm, &self.twist).0, self.contact_velocity(arm, &self.step).0);
-        self.ends[end].friction.kink(halves, &slip, &change)
     }
 
     /// The Newton step of the link and of the joint before it, given the step of the link before. Returns the step of the
@@ -462,22 +428,18 @@ impl<T: Real> GroundForce<T> {
         let zero = T::zero();
         Self {
             force: Vector3::new(zero, zero, zero),
-            normal: zero,
-            sliding: Symmetric2 { xx: zero, xy: zero, yy: zero },
+            stiffness: PointStiffness {
+                sliding: Symmetric2 { xx: zero, xy: zero, yy: zero },
+                coupling: Vector2::new(zero, zero),
+                normal: zero,
+            },
             load: zero,
             radius_error: zero,
         }
     }
+}
 
-    /// -K [r]: the rows of the stiffness that couple the velocity of the CG with the turn about it, for a contact point
-    /// at `r` from it. With them the stiffness against turns is [r] (-K [r]).
-    #[inline(always)]
-    fn seen_from(&self, r: &Vector3<T>) -> [Vector3<T>; 3] {
-        let Self { normal, sliding: k, .. } = self;
-        [
-            Vector3::new(-(k.xy * r.z), k.xx * r.z, k.xx.subtract_from(r.y, k.xy * r.x)),
-            Vector3::new(-(k.yy * r.z), k.xy * r.z, k.xy.subtract_from(r.y, k.yy * r.x)),
-            Vector3::new(*normal * r.y, -(*normal * r.x), T::zero()),
-        ]
-    }
+#[inline(always)]
+fn times<T: Real>(factor: T, v: &Vector2<T>) -> Vector2<T> {
+    Vector2::new(factor * v.x, factor * v.y)
 }

@@ -1,7 +1,7 @@
 //! Solvers of a spatial stage. Their parts are private to this folder: the certificate, a sibling, cannot name them.
 //!
 //! ```compile_fail,E0603
-//! use snake_core::spatial::solver::sweep::Quadratic;
+//! use snake_core::spatial::solver::sweep::Affine;
 //! ```
 
 mod anderson;
@@ -17,6 +17,7 @@ mod newton;
 mod obstacle_friction;
 mod progress;
 mod ray;
+mod ray_laws;
 mod self_contacts;
 mod sweep;
 mod terms;

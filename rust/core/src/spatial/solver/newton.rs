@@ -1,20 +1,17 @@
-//! Solver of a stage: semismooth Newton on a convex problem whose friction radii follow the normal impulses.
+//! Solver of a stage: semismooth Newton on a problem whose friction radii follow the normal impulses.
 //!
 //! Every set-valued law is replaced by its [proximal form](super::terms) around the multiplier zero,
 //! `P = prox_C(-r gamma)`: contacts with a vanishing compliance 1/r, the same for all of them, which selects the
-//! shortest of all impulses that move the robot alike; stops that press begin at what their actuators give. For given
-//! friction radii the velocities then minimise a strongly convex, piecewise smooth function: Newton's method on it, one O(n)
-//! [`sweep`](super::sweep) per step and a [search along the ray](super::ray) that brackets the zero of the slope, converges
-//! from any start. Once close to the solution the multipliers move to the impulses, which removes the compliance; where that
-//! leaves more than round-off, they move again at the end.
+//! shortest of all impulses that move the robot alike; stops that press begin at what their actuators give. Once close to the
+//! solution the multipliers move to the impulses, which removes the compliance; where that leaves more than round-off, they move
+//! again at the end.
 //!
 //! Coulomb's law requires the radii mu P_N of the resulting normal impulses. Each assembly takes them from the present
-//! normal impulses, so that forces are those of the coupled problem and only the tangent neglects that the radii vary. The
-//! tangent alone shrinks errors about twentyfold per step; a second substitution corrects steps that are not searched for how
-//! the radii at their end change them, and the factor is squared. In the middle of a search penalties may make normal impulses
-//! implausible; contacts with such impulses keep their radii until the convex problem is nearly solved. Where that does not
-//! converge within a few steps, radii are held until the convex problem is nearly solved and moved afterwards, to where [their
-//! last moves](Anderson) suggest.
+//! normal impulses, and its tangent knows that they vary: Newton's method, one O(n) [`sweep`](super::sweep) per step, converges
+//! quadratically. For given radii the velocities minimise a strongly convex, piecewise smooth function, so a step that
+//! overshoots is [shortened](super::ray) and keeps its radii. In the middle of a search penalties may make normal impulses
+//! implausible; contacts with such impulses keep their radii until steps are short. Where that does not converge, radii are held
+//! until the convex problem is nearly solved and moved afterwards, to where [their last moves](Anderson) suggest.
 //!
 //! Several robots are solved side by side: a lane that has converged keeps its velocities and impulses while the others
 //! continue, so that each takes exactly the steps it would take without neighbours.
@@ -27,11 +24,12 @@ use super::anderson::Anderson;
 use super::friction_term::FrictionTerm;
 use super::link_term::{GroundLaws, LinkTerm};
 use super::obstacle_friction::ObstacleFriction;
-use super::progress::{Assembly, Progress};
+use super::progress::{Assembly, PassLanes, Progress};
+use super::ray_laws::RayLaws;
 use super::self_contacts::SelfContacts;
-use super::sweep::{ActuatorModel, Quadratic};
+use super::sweep::{ActuatorModel, Affine};
 use super::terms::{ObstacleTerm, StopTerm};
-use crate::spatial::spatial_vector::{Momentum, Twist, inner};
+use crate::spatial::spatial_vector::{Twist, inner};
 use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageFriction, StageSolution};
 
@@ -47,13 +45,15 @@ pub struct Newton<T: Real = f64> {
     pub(super) self_contacts: SelfContacts<T>,
     /// Friction of what can be pushed, which is behind the chain in `links`, and its functions in the last elimination.
     pub(super) surfaces: Vec<SurfaceTerm<T>>,
-    pub(super) movables: Vec<Quadratic<T>>,
+    pub(super) movables: Vec<Affine<T>>,
     pub(super) laws: GroundLaws<T>,
+    /// Workspace of a search.
+    pub(super) ray: RayLaws<T>,
     /// Of the radii of all friction discs.
     anderson: Anderson<T>,
     /// Step of link 1's twist, and the function of it after the last elimination.
     head: Twist<T>,
-    eliminated: Quadratic<T>,
+    eliminated: Affine<T>,
     /// Mass of the lightest link.
     pub(super) lightest: T,
     /// Whether a contact is held closed or sticking.
@@ -85,9 +85,10 @@ impl<T: Real> Newton<T> {
             surfaces: Vec::with_capacity(links),
             movables: Vec::with_capacity(links),
             laws: GroundLaws::new(&StageFriction::none(), zero),
+            ray: RayLaws::new(links),
             anderson: Anderson::new((3 + CONTACTS_PER_LINK) * links, MIXING),
             head: Twist::zero(),
-            eliminated: Quadratic::zero(),
+            eliminated: Affine::zero(),
             lightest: zero,
             is_holding: false,
             patient,
@@ -134,8 +135,8 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// Goes on in lanes that have converged, to a tenth of `tolerance`, which was that of the solve: where the next step is no
-    /// longer than that, forces of stiff contacts are out of balance by up to the square root of the penalty times as much.
+    /// Goes on in lanes that have converged, to a hundredth of `tolerance`, which was that of the solve: where the next step is no
+    /// longer than that rule allows, forces of stiff contacts are out of balance by up to the square root of the penalty times as much.
     /// Counts the steps; what `solution` has of other lanes afterwards means nothing.
     #[inline(always)]
     pub fn polish(
@@ -194,48 +195,38 @@ impl<T: Real> Newton<T> {
             let accuracy = (T::splat(OVERSHOOT) * here.descent).max(progress.negligible());
             (fraction, overshoots) = self.step_length(accuracy, searching);
         }
-        let coupled = moving & !progress.is_hard() & !overshoots;
-        let recentred = progress.recentre_next & coupled;
-        // A correction of a step that is searched for would undo what the search has found, and impulses that become
-        // multipliers are to balance, up to the radii.
-        let foreseen = coupled & !searching & !recentred;
-        if foreseen.any() {
-            self.foresee_radii(here.descent, foreseen);
-        }
-        let following = progress.following(here, coupled);
-        let there = self.pass(fraction, moving, following, recentred);
-        progress.record(moving, coupled & there.radius_error.le(following), recentred);
+        let lanes = progress.lanes(here, overshoots);
+        let there = self.pass(fraction, &lanes);
+        progress.record(&lanes);
         there
     }
 
     /// [`assemble`](Self::assemble) by the code for the laws of the stage.
     #[inline(always)]
-    fn pass(&mut self, fraction: T, moving: T::Mask, following: T, recentred: T::Mask) -> Assembly<T> {
+    fn pass(&mut self, fraction: T, lanes: &PassLanes<T>) -> Assembly<T> {
         if let Some(skin) = self.laws.skin {
             // Apart from the code of other stages.
             T::call(
                 #[inline(always)]
-                move || self.assemble::<true>(skin, fraction, moving, following, recentred),
+                move || self.assemble::<true>(skin, fraction, lanes),
             )
-        } else if recentred.any() {
-            self.assemble::<true>(Whole, fraction, moving, following, recentred)
+        } else if lanes.recentred.any() {
+            self.assemble::<true>(Whole, fraction, lanes)
         } else {
-            self.assemble::<false>(Whole, fraction, moving, following, recentred)
+            self.assemble::<false>(Whole, fraction, lanes)
         }
     }
 
-    /// From tail to head: twists a fraction of the step on in the lanes `moving`, forces and stiffnesses of all laws
-    /// there, and the elimination of the chain. For `following` see [`Progress::following`]. If `RECENTRING`, multipliers
-    /// in the lanes `recentred` move to the impulses before forces are added up; otherwise there are no such lanes.
+    /// From tail to head: twists a fraction of the step on in lanes that move, forces and stiffnesses of all laws there, and the
+    /// elimination of the chain. Unless `RECENTRING` there are no lanes in which multipliers move.
     #[inline(always)]
     fn assemble<const RECENTRING: bool>(
         &mut self,
         halves: impl Halves,
         fraction: T,
-        moving: T::Mask,
-        following: T,
-        recentred: T::Mask,
+        lanes: &PassLanes<T>,
     ) -> Assembly<T> {
+        let PassLanes { moving, recentred, .. } = *lanes;
         let zero = T::zero();
         let (mut descent, mut radius_error, mut squared_error) = (zero, zero, zero);
         let (mut largest_radius, mut squared_speed) = (zero, zero);
@@ -249,7 +240,7 @@ impl<T: Real> Newton<T> {
             );
         }
         let mut contacts = self.contacts.iter_mut().enumerate().rev().peekable();
-        let mut behind = Quadratic::zero();
+        let mut behind = Affine::zero();
         let chain = self.links.len() - self.surfaces.len();
         for (i, link) in self.links.iter_mut().enumerate().rev() {
             link.go(fraction, moving);
@@ -260,13 +251,7 @@ impl<T: Real> Newton<T> {
                 let surface = &mut self.surfaces[i - chain];
                 squared_error = squared_error.max(link.evaluate_surface(surface, &mut behind, &self.laws, recentred));
             } else {
-                radius_error = radius_error.max(link.evaluate::<RECENTRING>(
-                    halves,
-                    &mut behind,
-                    &self.laws,
-                    following,
-                    recentred,
-                ));
+                radius_error = radius_error.max(link.evaluate::<RECENTRING>(halves, &mut behind, &self.laws, lanes));
                 squared_error = squared_error.max(link.squared_error(halves, &self.laws));
                 largest_radius = largest_radius.max(link.largest_radius());
             }
@@ -280,14 +265,12 @@ impl<T: Real> Newton<T> {
                 }
                 behind.add_rank_one(&contact.direction, penalty, -contact.normal.value);
                 squared_error = squared_error.max(contact.normal.squared_error());
-                let largest_change = link.radius_change(following);
                 let errors = self.obstacle_friction.evaluate::<RECENTRING>(
-                    k,
-                    load,
+                    (k, contact),
+                    (load, penalty),
                     &link.twist,
                     &mut behind,
-                    largest_change,
-                    recentred,
+                    (lanes, lanes.plausible * link.mass),
                 );
                 if let Some(error) = errors {
                     radius_error = radius_error.max(error.radius * link.inverse_mass);
@@ -297,9 +280,9 @@ impl<T: Real> Newton<T> {
             }
             if i >= chain {
                 let decrease;
-                (link.step, decrease) = behind.minimiser();
+                (link.step, decrease) = behind.solution();
                 descent += decrease;
-                self.movables[i - chain] = std::mem::replace(&mut behind, Quadratic::zero());
+                self.movables[i - chain] = std::mem::replace(&mut behind, Affine::zero());
                 continue;
             }
             if i == 0 {
@@ -321,9 +304,9 @@ impl<T: Real> Newton<T> {
                     squared_error = squared_error.max(stop.squared_error());
                 }
             }
-            descent += link.segment.eliminate(&mut behind, &axes);
+            descent += link.segment.eliminate(&mut behind, &axes, touches_itself);
         }
-        let (head, decrease) = behind.minimiser();
+        let (head, decrease) = behind.solution();
         (self.head, self.eliminated) = (head, behind);
         descent += decrease;
         if touches_itself {
@@ -346,47 +329,6 @@ impl<T: Real> Newton<T> {
         self.links[0].step = before;
         for link in &mut self.links[1..chain] {
             before = link.take_step(&before);
-        }
-    }
-
-    /// Corrects the step in the given lanes, which descends by `descent` \[J\], for the friction radii at its end, but for those
-    /// of what can be pushed. From tail to head what these change, and the elimination for that alone. A correction is at most
-    /// as long as the step: it is the second term of a series, which diverges where terms grow.
-    #[inline(always)]
-    fn foresee_radii(&mut self, descent: T, lanes: T::Mask) {
-        let chain = self.links.len() - self.surfaces.len();
-        let Self { links, laws, obstacle_friction, contacts, .. } = self;
-        let frictions = obstacle_friction.terms.iter().zip(contacts).rev();
-        let mut frictions = frictions.skip_while(|(_, contact)| contact.link >= chain).peekable();
-        let zero = T::zero();
-        let (mut gradient, mut squared_length) = (Momentum::zero(), zero);
-        for (i, link) in links[..chain].iter_mut().enumerate().rev() {
-            link.add_change_of_friction(&mut gradient, laws);
-            while let Some((friction, contact)) = frictions.next_if(|(_, contact)| contact.link == i) {
-                friction.add_change_of_friction(contact, &link.step, &mut gradient);
-            }
-            if i > 0 {
-                let decrease;
-                (gradient, link.segment.correction, decrease) = link.segment.eliminate_linear(&gradient);
-                squared_length += decrease;
-            }
-        }
-        let change = self.eliminated.minimiser_under(&gradient);
-        squared_length -= change.dot(&gradient);
-        // Contacts between links may leave it negative by round-off.
-        let descent = descent.max(zero);
-        let share = T::select(squared_length.le(descent), T::splat(1.0), (descent / squared_length).sqrt());
-        let head = self.head.plus_scaled(&change, share);
-        self.head.select_into(lanes, &head);
-        for link in &mut self.links[1..chain] {
-            link.segment.correct(share, lanes);
-        }
-        self.substitute();
-        if !self.self_contacts.is_empty() {
-            for (link, value) in self.links[chain..].iter_mut().zip(&self.movables) {
-                link.step = value.minimiser().0;
-            }
-            self.self_contacts.correct(&mut self.links, &self.eliminated, &self.movables);
         }
     }
 
@@ -473,7 +415,7 @@ impl Newton {
 const MIXING: f64 = 0.5;
 
 /// Tolerance of a polish over that of the solve, and the most linear solves that it may take.
-const POLISHED: f64 = 0.1;
+const POLISHED: f64 = 0.01;
 const MOST_POLISHING: u32 = 30;
 
 /// A step is damped if the slope at its end exceeds this times the descent at its start.

@@ -5,13 +5,15 @@ use nalgebra::Vector2;
 
 use crate::laws::Whole;
 use crate::math::Real;
-use crate::spatial::spatial_vector::{Momentum, Twist, Wrench};
+use crate::spatial::spatial_vector::{Twist, Wrench};
 use crate::spatial::stage::CONTACTS_PER_LINK;
 use crate::spatial::{Stage, StageSolution};
 
-use super::friction_term::{FrictionLaw, FrictionTerm};
+use super::friction_term::{FrictionLaw, FrictionTangent, FrictionTerm};
 use super::link_term::LinkTerm;
-use super::sweep::Quadratic;
+use super::progress::PassLanes;
+use super::ray_laws::RayLaws;
+use super::sweep::Affine;
 use super::terms::ObstacleTerm;
 
 /// Friction of one contact.
@@ -30,7 +32,7 @@ pub(super) struct ObstacleFriction<T: Real> {
 /// How far the laws of a pass are from the solution.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ObstacleFrictionError<T> {
-    /// By how much the radius had to move \[N s\].
+    /// How far the radius is from that of the normal impulse \[N s\].
     pub radius: T,
     /// The radius itself \[N s\].
     pub largest: T,
@@ -43,15 +45,6 @@ impl<T: Real> ObstacleFrictionTerm<T> {
     fn slip(&self, twist: &Twist<T>) -> Vector2<T> {
         let [along, across] = &self.tangents;
         Vector2::new(along.dot(twist), across.dot(twist))
-    }
-
-    /// As [`LinkTerm::add_change_of_friction`], of a contact and its link's step.
-    #[inline(always)]
-    pub fn add_change_of_friction(&self, contact: &ObstacleTerm<T>, step: &Twist<T>, gradient: &mut Momentum<T>) {
-        let [along, across] = &self.tangents;
-        let load = contact.normal.value_after(contact.direction.dot(step));
-        let change = self.friction.change_with(self.law.radius(load));
-        *gradient = gradient.plus_scaled(along, -change.x).plus_scaled(across, -change.y);
     }
 }
 
@@ -71,56 +64,43 @@ impl<T: Real> ObstacleFriction<T> {
         }
     }
 
-    /// Moves the law of contact `k`, under the normal impulse `load`, to its link's twist and adds gradient and Hessian.
-    /// Its radius first takes that impulse's, where it changes by no more than `largest_change`.
+    /// Moves the law of contact `k`, whose normal law has been moved, to its link's twist and adds force and stiffness. Its radius
+    /// first takes that of the normal impulse `load`, where it changes by no more than `most`; `penalty` is the stiffness of the
+    /// normal law.
     #[inline(always)]
     pub fn evaluate<const RECENTRING: bool>(
         &mut self,
-        k: usize,
-        load: T,
+        (k, contact): (usize, &ObstacleTerm<T>),
+        (load, penalty): (T, T),
         twist: &Twist<T>,
-        model: &mut Quadratic<T>,
-        largest_change: T,
-        recentred: T::Mask,
+        model: &mut Affine<T>,
+        (lanes, most): (&PassLanes<T>, T),
     ) -> Option<ObstacleFrictionError<T>> {
         let term = self.terms.get_mut(k)?;
         let slip = term.slip(twist);
         let ObstacleFrictionTerm { tangents: [along, across], law, friction } = term;
-        let change = friction.follow(law.radius(load), largest_change);
-        let stick = friction.evaluate(Whole, law, &slip);
-        if RECENTRING {
-            friction.recentre_here(Whole, &slip, &stick, recentred);
-        }
+        let error = friction.follow(law.radius(load), most);
+        let radius = (error, law.strength() * contact.normal.value);
+        let FrictionTangent { stiffness: k, by_radius } =
+            friction.evaluate::<RECENTRING>(Whole, law, &slip, radius, lanes);
+        let by_load = contact.direction.scaled(law.strength() * penalty);
+        // A closure in a map of arrays would be a call.
+        let x = along.scaled(k.xx).plus_scaled(across, k.xy).plus_scaled(&by_load, by_radius.x);
+        let y = along.scaled(k.xy).plus_scaled(across, k.yy).plus_scaled(&by_load, by_radius.y);
+        model.matrix.add_outer(along, &x);
+        model.matrix.add_outer(across, &y);
         let impulse = friction.value;
-        // K = kxx aa + kxy (ab + ba) + kyy bb, as three squares.
-        let both = along.plus_scaled(across, T::splat(1.0));
-        model.add_rank_one(along, stick.xx - stick.xy, -impulse.x);
-        model.add_rank_one(across, stick.yy - stick.xy, -impulse.y);
-        model.add_rank_one(&both, stick.xy, T::zero());
+        model.gradient = model.gradient.plus_scaled(along, -impulse.x).plus_scaled(across, -impulse.y);
         let squared = friction.squared_error(Whole, law);
-        Some(ObstacleFrictionError { radius: change, largest: friction.radius, squared })
+        Some(ObstacleFrictionError { radius: error, largest: friction.radius, squared })
     }
 
-    /// First and second derivative of all laws' functions along the step.
+    /// Adds all laws along the step.
     #[inline(always)]
-    pub fn along(&self, contacts: &[ObstacleTerm<T>], links: &[LinkTerm<T>], alpha: T) -> (T, T) {
-        let (mut slope, mut curvature) = (T::zero(), T::zero());
+    pub fn add_along(&self, contacts: &[ObstacleTerm<T>], links: &[LinkTerm<T>], ray: &mut RayLaws<T>) {
         for (term, contact) in self.terms.iter().zip(contacts) {
             let link = &links[contact.link];
-            let (slip, change) = (term.slip(&link.twist), term.slip(&link.step));
-            let (first, second) = term.friction.along(Whole, &term.law, &slip, &change, alpha);
-            slope += first;
-            curvature += second;
-        }
-        (slope, curvature)
-    }
-
-    /// Calls `see` with the places along the step where a slip is least.
-    #[inline(always)]
-    pub fn visit_kinks(&self, contacts: &[ObstacleTerm<T>], links: &[LinkTerm<T>], mut see: impl FnMut(T)) {
-        for (term, contact) in self.terms.iter().zip(contacts) {
-            let link = &links[contact.link];
-            see(term.friction.kink(Whole, &term.slip(&link.twist), &term.slip(&link.step)));
+            term.friction.add_along(Whole, &term.law, &term.slip(&link.twist), &term.slip(&link.step), ray);
         }
     }
 

@@ -1,5 +1,4 @@
-//! Progress of a solve: which lanes have converged, which may couple friction to normal impulses, which need
-//! correction.
+//! Progress of a solve: which lanes have converged, in which friction follows normal impulses, which need correction.
 
 use crate::math::{Mask, Real};
 use crate::solver::Outcome;
@@ -7,9 +6,9 @@ use crate::solver::Outcome;
 /// Results of a pass over the chain at the trial velocities.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Assembly<T> {
-    /// How steeply the convex function descends along the next step: g H^-1 g \[J\].
+    /// How steeply the convex function descends along the next step, g H^-1 g \[J\]; an estimate where friction follows.
     pub descent: T,
-    /// By how much the friction radii had to move, as a velocity \[m/s\].
+    /// How far the friction radii are from those of the normal impulses, as a velocity \[m/s\].
     pub radius_error: T,
     /// The largest friction radius, over the mass \[m/s\].
     pub largest_radius: T,
@@ -19,12 +18,27 @@ pub(super) struct Assembly<T> {
     pub multiplier_error: T,
 }
 
+/// Lanes in which a pass does more than evaluate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PassLanes<T: Real> {
+    /// Twists take the step.
+    pub moving: T::Mask,
+    /// Friction radii become those of the normal impulses, and the tangent knows that they will in the next step.
+    pub following: T::Mask,
+    /// The change of a radius, as a velocity \[m/s\], up to which its normal impulse counts as plausible; negative where radii do
+    /// not follow.
+    pub plausible: T,
+    /// Normal impulses may be none that a radius can take, on the branch of the last stage or where multipliers have moved:
+    /// friction is extrapolated to theirs, and the tangent knows.
+    pub extrapolated: T::Mask,
+    /// Multipliers move to the impulses.
+    pub recentred: T::Mask,
+}
+
 /// What is to be done before the next step; a lane needs at most one of these. Its velocities do not change during the
 /// next pass over the chain, in which others take their steps.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corrections<T: Real> {
-    /// Friction radii take the normal impulses, which are accurate enough by now.
-    pub couple: T::Mask,
     /// Radii move towards those of the solved convex problem's normal impulses.
     pub move_radii: T::Mask,
     /// All is solved but for the compliance: multipliers move to the impulses.
@@ -41,9 +55,10 @@ pub(super) struct Progress<T: Real> {
     pub active: T::Mask,
     /// What has been done since the last pass over the chain.
     pub corrections: Corrections<T>,
-    /// Lanes whose multipliers move to the impulses at the end of the next step, if friction radii follow in it, and
-    /// those in which they have done so.
+    /// Lanes whose multipliers move to the impulses at the end of the next step, if friction radii follow in it; those in which
+    /// they have done so at the end of the last one, and at that of any.
     pub recentre_next: T::Mask,
+    just_recentred: T::Mask,
     recentred: T::Mask,
     /// Lanes whose steps have become much shorter, or multipliers moved, so that the next one is taken in full.
     pub converging: T::Mask,
@@ -51,9 +66,8 @@ pub(super) struct Progress<T: Real> {
     last_length: T,
     /// Whether there has been a pass.
     begun: bool,
-    /// Lanes at the end of a step, and those of them in which all friction radii followed.
+    /// Lanes at the end of a step.
     arrived: T::Mask,
-    followed: T::Mask,
     /// Linear solves after which a lane is abandoned.
     most: T,
     pub outcome: Outcome<T>,
@@ -71,7 +85,7 @@ impl<T: Real> Assembly<T> {
 impl<T: Real> Corrections<T> {
     #[inline(always)]
     pub fn lanes(&self) -> T::Mask {
-        self.couple | self.move_radii | self.recentre
+        self.move_radii | self.recentre
     }
 }
 
@@ -85,14 +99,14 @@ impl<T: Real> Progress<T> {
             patience: T::splat(if patient { PATIENCE } else { -1.0 }),
             mass,
             active: lanes,
-            corrections: Corrections { couple: none, move_radii: none, recentre: none },
+            corrections: Corrections { move_radii: none, recentre: none },
             recentre_next: none,
+            just_recentred: none,
             recentred: none,
             converging: none,
             last_length: T::zero(),
             begun: false,
             arrived: none,
-            followed: none,
             most: T::splat(f64::from(max_iterations)),
             outcome: Outcome { iterations: T::zero(), converged: none },
         }
@@ -113,23 +127,34 @@ impl<T: Real> Progress<T> {
         self.moving() & !self.converging & is_searched
     }
 
-    /// By how much a friction radius may change in the next pass from `here`, as a velocity; negative in lanes that are
-    /// neither `coupled` nor to be.
+    /// The lanes of the next pass, which takes a shorter step in those that overshoot. These and hard ones keep their friction
+    /// radii, so that the step after that is one of the convex problem and descends.
     #[inline(always)]
-    pub fn following(&self, here: &Assembly<T>, coupled: T::Mask) -> T {
-        let plausible = T::select(coupled, T::splat(PLAUSIBLE) * here.largest_radius, T::splat(-1.0));
-        T::select(self.corrections.couple, T::splat(f64::INFINITY), plausible)
+    pub fn lanes(&self, here: &Assembly<T>, overshoots: T::Mask) -> PassLanes<T> {
+        let (moving, follows) = (self.moving(), !self.is_hard());
+        let following = moving & follows & !overshoots;
+        let plausible = T::select(following, self.plausible(here), T::splat(-1.0));
+        let (holding, recentred) = (self.active & !moving & follows, self.recentre_next & following);
+        PassLanes { moving, following, plausible, extrapolated: holding | recentred, recentred }
     }
 
-    /// Records a pass in which some lanes moved, in some of them with friction radii that all `followed`, and in some with
-    /// `recentred` multipliers.
+    /// Change of a friction radius, as a velocity, up to which its normal impulse counts as plausible.
     #[inline(always)]
-    pub fn record(&mut self, moving: T::Mask, followed: T::Mask, recentred: T::Mask) {
+    fn plausible(&self, here: &Assembly<T>) -> T {
+        let motion = T::splat(PLAUSIBLE) * (here.largest_radius + here.fastest);
+        let is_accurate = self.last_length.le((T::splat(TRUST) * here.radius_error.min(motion)).max(self.tolerance));
+        T::select(is_accurate, T::splat(f64::INFINITY), T::splat(PLAUSIBLE) * here.largest_radius)
+    }
+
+    /// Records a pass.
+    #[inline(always)]
+    pub fn record(&mut self, lanes: &PassLanes<T>) {
+        let PassLanes { moving, recentred, .. } = *lanes;
         self.begun = true;
-        self.converging = recentred;
+        self.just_recentred = recentred;
         self.recentred = self.recentred | recentred;
         self.outcome.iterations += T::select(moving, T::splat(1.0), T::zero());
-        (self.arrived, self.followed) = (moving, followed);
+        self.arrived = moving;
     }
 
     /// Updates the state of the solve by the steps that ended `here`; returns what is to be corrected.
@@ -141,14 +166,14 @@ impl<T: Real> Progress<T> {
         let is_close = next.le(T::splat(CLOSE) * here.largest_radius);
         let shorter = next.le(T::splat(CONVERGING) * self.last_length);
         let early = self.outcome.iterations.lt(T::splat(UNSEARCHED));
-        self.converging = self.arrived & early & (self.converging | (is_close & shorter));
+        self.converging = self.arrived & early & (self.just_recentred | (is_close & shorter));
         self.last_length = next;
         let hard = self.is_hard();
         let mistaken = self.arrived & tolerance.lt(here.radius_error);
-        let couple = mistaken & !hard & !self.followed & next.le(T::splat(TRUST) * here.radius_error);
         let nearly_solved = next.le((T::splat(NEARLY_SOLVED) * here.radius_error).max(tolerance));
         let move_radii = mistaken & hard & nearly_solved;
-        let solved = self.arrived & !mistaken & next.le(T::splat(ACCURACY) * tolerance);
+        // Where multipliers have just moved, impulses are those of the linearised laws.
+        let solved = self.arrived & !mistaken & !self.just_recentred & next.le(T::splat(ACCURACY) * tolerance);
         let at_rest = T::select(hard, T::splat(EXACT_AT_LAST), T::splat(EXACT_AT_REST));
         let exact = here.multiplier_error.le(self.creep(here) + at_rest * tolerance);
         self.outcome.converged = self.outcome.converged | (solved & exact);
@@ -161,9 +186,8 @@ impl<T: Real> Progress<T> {
         let recentre = solved & !exact & self.active & is_minimised;
         let is_strict = tolerance.lt(T::splat(STRICT) * here.fastest);
         let may_recentre = is_close & self.will_be_exact(next, here) & !exact & !self.recentred & !is_strict;
-        self.recentre_next = self.active & self.arrived & self.followed & may_recentre;
-        let (couple, move_radii) = (couple & self.active, move_radii & self.active);
-        self.corrections = Corrections { couple, move_radii, recentre };
+        self.recentre_next = self.active & self.arrived & here.radius_error.le(T::zero()) & may_recentre;
+        self.corrections = Corrections { move_radii: move_radii & self.active, recentre };
         self.corrections
     }
 
@@ -200,8 +224,12 @@ const PATIENCE: f64 = 20.0;
 /// contact that closes during a step may exceed the solution's by orders of magnitude.
 const PLAUSIBLE: f64 = 5.0;
 
+/// Length of a step over the error of the friction radii, or over that of usual ones, below which all normal impulses are
+/// plausible: in it errors of the forces of closed contacts are divided by the square root of the penalty.
+const TRUST: f64 = 1e-2;
+
 /// Length of the next step over that of the last one from which on it needs no line search: Newton's method converges
-/// quadratically but for the radii, whose errors shrink linearly, if fast.
+/// quadratically.
 const CONVERGING: f64 = 0.2;
 
 /// First steps of a stage that are taken in full wherever they lead, unless it is hard: the impulses before predict well which
@@ -211,16 +239,13 @@ const TAKEN_IN_FULL: f64 = 2.0;
 /// Linear solves after which every step is searched: steps taken in full may lead back to where they came from.
 const UNSEARCHED: f64 = 7.0;
 
-/// Length of a step over the error of the friction radii below which the normal impulses count as accurate: in it
-/// errors of the forces of closed contacts are divided by the square root of the penalty.
-const TRUST: f64 = 1e-2;
-
-/// The same in a hard stage, where the next radii depend on how errors change.
+/// Length of a step over the error of the friction radii below which the normal impulses of a hard stage count as accurate:
+/// the next radii depend on how errors change.
 const NEARLY_SOLVED: f64 = 1e-3;
 
-/// Length of the next step over the tolerance below which none is needed. A smaller value leaves fewer stages to
-/// [`Newton::polish`](super::Newton::polish).
-const ACCURACY: f64 = 0.3;
+/// Length of the next step over the tolerance below which none is needed. Steps converge quadratically, so that a small value
+/// costs little, and errors of all steps of a run may add up (`the_path_does_not_depend_on_warm_starts`).
+const ACCURACY: f64 = 0.01;
 
 /// In a hard stage multipliers move once the next step is no longer than this times the error of the multipliers, so that
 /// convex problems are solved ever better.

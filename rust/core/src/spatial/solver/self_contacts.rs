@@ -6,7 +6,8 @@ use crate::spatial::spatial_vector::{Momentum, Twist, Wrench};
 use crate::spatial::{Stage, StagePair};
 
 use super::link_term::LinkTerm;
-use super::sweep::Quadratic;
+use super::ray_laws::RayLaws;
+use super::sweep::Affine;
 use super::terms::ContactTerm;
 
 /// The contacts of the stage at hand.
@@ -114,23 +115,19 @@ impl<T: Real> SelfContacts<T> {
 
     /// Turns the steps of the links without the contacts' stiffness into those with it, see [`LowRank::correct`].
     #[inline(always)]
-    pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Quadratic<T>, movables: &[Quadratic<T>]) -> T {
+    pub fn correct(&mut self, links: &mut [LinkTerm<T>], head: &Affine<T>, movables: &[Affine<T>]) -> T {
         let couplings = self.terms.iter().map(|term| term.coupling);
         let mut chain = Chain { links, head, movables, constant: &mut self.constant };
         self.low_rank.correct(couplings, &mut chain)
     }
 
-    /// First and second derivative of all laws' functions along the step.
+    /// Adds all laws along the step.
     #[inline(always)]
-    pub fn along(&self, links: &[LinkTerm<T>], alpha: T) -> (T, T) {
-        let (mut slope, mut curvature) = (T::zero(), T::zero());
+    pub fn add_along(&self, links: &[LinkTerm<T>], ray: &mut RayLaws<T>) {
         for term in &self.terms {
             let (velocity, rate) = (term.velocity(|link| links[link].twist), term.velocity(|link| links[link].step));
-            let (first, second) = term.contact.along(velocity, rate, alpha);
-            slope += first;
-            curvature += second;
+            term.contact.add_along(velocity, rate, ray);
         }
-        (slope, curvature)
     }
 
     #[inline(always)]
@@ -155,9 +152,9 @@ impl<T: Real> SelfContacts<T> {
 
 struct Chain<'a, T: Real> {
     links: &'a mut [LinkTerm<T>],
-    head: &'a Quadratic<T>,
+    head: &'a Affine<T>,
     /// Functions of what can be pushed, behind the chain.
-    movables: &'a [Quadratic<T>],
+    movables: &'a [Affine<T>],
     constant: &'a mut [[T; 2]],
 }
 
@@ -189,10 +186,10 @@ impl<T: Real> EliminatedChain<T, Wrench<T>, ChainStep<T>> for Chain<'_, T> {
         for (link, term) in self.links[..chain].iter().enumerate().rev() {
             add_own(link, &mut gradient);
             if link > 0 {
-                (gradient, self.constant[link], _) = term.segment.eliminate_linear(&gradient);
+                (gradient, self.constant[link]) = term.segment.eliminate_linear(&gradient);
             }
         }
-        let (mut twist, mut rates) = (self.head.minimiser_under(&gradient), [T::zero(); 2]);
+        let (mut twist, mut rates) = (self.head.solution_under(&gradient), [T::zero(); 2]);
         for (link, term) in self.links[..chain].iter().enumerate() {
             if link > 0 {
                 (rates, twist) = term.segment.substitute_with(&self.constant[link], &twist);
@@ -202,7 +199,7 @@ impl<T: Real> EliminatedChain<T, Wrench<T>, ChainStep<T>> for Chain<'_, T> {
         for (node, value) in (chain..).zip(self.movables) {
             let mut own = Momentum::zero();
             add_own(node, &mut own);
-            response.push(ChainStep { twist: value.minimiser_under(&own), rates: [T::zero(); 2] });
+            response.push(ChainStep { twist: value.solution_under(&own), rates: [T::zero(); 2] });
         }
     }
 }

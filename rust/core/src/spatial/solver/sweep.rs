@@ -1,38 +1,49 @@
-//! One linear solve of the chain in O(n): elimination from tail to head with a value function.
+//! One linear solve of the chain in O(n): elimination from tail to head.
 //!
-//! A link has the twist x_i = X x_{i-1} + S_h phi_h' + S_v phi_v', with X the shift from one CG to the next. Given the
-//! minimum V_{i+1}(x_{i+1}) of the chain behind it, a quadratic of six variables, minimising over the two rates of a
-//! joint is two scalar pivots, and a shift leaves V_i of the same form: the articulated body inertia, or the Riccati
-//! recursion of linear-quadratic control. All vectors are along the axes of frame I, so that no rotation is needed.
+//! A link has the twist x_i = X x_{i-1} + S_h phi_h' + S_v phi_v', with X the shift from one CG to the next. Given what is out of
+//! balance in the chain behind it, an affine function of six variables, the balance of both axes of a joint is two scalar
+//! pivots, and a shift leaves a function of x_{i-1} of the same form: the articulated body inertia, or the Riccati recursion of
+//! linear-quadratic control. Friction whose radius follows a normal impulse is the derivative of no function, so matrices are
+//! not symmetric. All vectors are along the axes of frame I, so that no rotation is needed.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
+use crate::laws::Symmetric2;
 use crate::math::Real;
 use crate::robot::Axes;
 
 use crate::spatial::spatial_vector::{
-    Momentum, SpatialVector, Twist, Wrench, along, inner, scaled, sum, sum_with_cross, zero_vector,
+    Momentum, SpatialVector, Twist, Wrench, along, cross, inner, scaled, sum, sum_with_cross, zero_vector,
 };
 
-/// Symmetric 3 x 3 matrix.
+/// Rows of a 3 x 3 matrix.
+type Rows<T> = [Vector3<T>; 3];
+
+/// `gradient + M x` of a twist x: what is out of balance where twists change by x.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Symmetric<T> {
-    pub xx: T,
-    pub xy: T,
-    pub xz: T,
-    pub yy: T,
-    pub yz: T,
-    pub zz: T,
+pub(super) struct Affine<T> {
+    pub gradient: Momentum<T>,
+    pub matrix: Matrix<T>,
 }
 
-/// `g . x + x^T H x / 2` of a twist x.
+/// A matrix from twists to wrenches, by blocks.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quadratic<T> {
-    pub linear: Symmetric<T>,
-    /// Rows of the block that couples v (rows) with omega (columns).
-    pub mixed: [Vector3<T>; 3],
-    pub angular: Symmetric<T>,
-    pub gradient: Momentum<T>,
+pub(super) struct Matrix<T> {
+    /// Forces by velocities, and by angular velocities.
+    pub linear: Rows<T>,
+    pub mixed: Rows<T>,
+    /// Moments by velocities, and by angular velocities.
+    pub back: Rows<T>,
+    pub angular: Rows<T>,
+}
+
+/// How the force on a point falls with its velocity: friction with the slip and, where it follows the load, with the vertical
+/// velocity; the load with that alone.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PointStiffness<T> {
+    pub sliding: Symmetric2<T>,
+    pub coupling: Vector2<T>,
+    pub normal: T,
 }
 
 /// Result of eliminating one rate, for the back substitution: `rate = row . x + constant`, x the twist of the link before.
@@ -57,8 +68,10 @@ pub(super) struct Segment<T> {
     elimination: [Elimination<T>; 2],
     /// How much the pitch rate follows the yaw rate: both are found from the twist before at once.
     pitch_by_yaw: T,
-    /// What an addition to the gradient adds to the constants.
-    pub correction: [T; 2],
+    /// Of an elimination that can be repeated: like the rows, of the columns of the rates, and how much the moment about the yaw
+    /// axis follows that about the pitch axis.
+    columns: [SpatialVector<T>; 2],
+    yaw_by_pitch: T,
 }
 
 /// Stiffness of a joint's actuator against its rate, and its impulse.
@@ -68,127 +81,155 @@ pub(super) struct ActuatorModel<T> {
     pub impulse: T,
 }
 
-impl<T: Real> Symmetric<T> {
+impl<T: Real> Matrix<T> {
     #[inline(always)]
     fn zero() -> Self {
-        let zero = T::zero();
-        Self { xx: zero, xy: zero, xz: zero, yy: zero, yz: zero, zz: zero }
+        let none = [zero_vector(); 3];
+        Self { linear: none, mixed: none, back: none, angular: none }
     }
 
-    /// Adds a b^T, for vectors that are the same or multiples.
-    #[inline(always)]
-    fn add_outer(&mut self, a: &Vector3<T>, b: &Vector3<T>) {
-        self.xx = a.x.mul_add(b.x, self.xx);
-        self.xy = a.x.mul_add(b.y, self.xy);
-        self.xz = a.x.mul_add(b.z, self.xz);
-        self.yy = a.y.mul_add(b.y, self.yy);
-        self.yz = a.y.mul_add(b.z, self.yz);
-        self.zz = a.z.mul_add(b.z, self.zz);
-    }
-
-    /// The same for two pairs of vectors.
-    #[inline(always)]
-    fn add_two_outer(&mut self, [(a, b), (c, d)]: [(&Vector3<T>, &Vector3<T>); 2]) {
-        self.xx = a.x.mul_add(b.x, c.x.mul_add(d.x, self.xx));
-        self.xy = a.x.mul_add(b.y, c.x.mul_add(d.y, self.xy));
-        self.xz = a.x.mul_add(b.z, c.x.mul_add(d.z, self.xz));
-        self.yy = a.y.mul_add(b.y, c.y.mul_add(d.y, self.yy));
-        self.yz = a.y.mul_add(b.z, c.y.mul_add(d.z, self.yz));
-        self.zz = a.z.mul_add(b.z, c.z.mul_add(d.z, self.zz));
-    }
-
-    #[inline(always)]
-    fn times(&self, v: &Vector3<T>) -> Vector3<T> {
-        let [x, y, z] = &self.rows();
-        Vector3::new(inner(x, v), inner(y, v), inner(z, v))
-    }
-
-    #[inline(always)]
-    fn rows(&self) -> [Vector3<T>; 3] {
-        [
-            Vector3::new(self.xx, self.xy, self.xz),
-            Vector3::new(self.xy, self.yy, self.yz),
-            Vector3::new(self.xz, self.yz, self.zz),
-        ]
-    }
-}
-
-impl<T: Real> Quadratic<T> {
-    #[inline(always)]
-    pub fn zero() -> Self {
-        let none = Vector3::new(T::zero(), T::zero(), T::zero());
-        Self { linear: Symmetric::zero(), mixed: [none; 3], angular: Symmetric::zero(), gradient: Momentum::zero() }
-    }
-
-    /// H x.
+    /// M x.
     #[inline(always)]
     fn times(&self, x: &Twist<T>) -> Momentum<T> {
-        let [a, b, c] = &self.mixed;
         let (v, w) = (&x.linear, &x.angular);
-        let coupled = Vector3::new(inner(a, w), inner(b, w), inner(c, w));
-        let back = along(&along(&scaled(a, v.x), b, v.y), c, v.z);
-        Momentum { linear: sum(&self.linear.times(v), &coupled), angular: sum(&self.angular.times(w), &back) }
-    }
-
-    /// Adds `force w . x + penalty (w . x)^2 / 2`.
-    #[inline(always)]
-    pub fn add_rank_one(&mut self, w: &Wrench<T>, penalty: T, force: T) {
-        let (linear, angular) = (scaled(&w.linear, penalty), scaled(&w.angular, penalty));
-        self.linear.add_outer(&w.linear, &linear);
-        self.mixed[0] = along(&self.mixed[0], &angular, w.linear.x);
-        self.mixed[1] = along(&self.mixed[1], &angular, w.linear.y);
-        self.mixed[2] = along(&self.mixed[2], &angular, w.linear.z);
-        self.angular.add_outer(&w.angular, &angular);
-        self.gradient = self.gradient.plus_scaled(w, force);
-    }
-
-    /// Adds two terms `force w . x + (row . x) (w . x) / 2` with rows that are multiples of w.
-    #[inline(always)]
-    fn add_two(&mut self, [(v, p, f), (w, q, g)]: [(&Wrench<T>, &Wrench<T>, T); 2]) {
-        self.linear.add_two_outer([(&v.linear, &p.linear), (&w.linear, &q.linear)]);
-        for (i, row) in self.mixed.iter_mut().enumerate() {
-            *row = along(&along(row, &p.angular, v.linear[i]), &q.angular, w.linear[i]);
+        Momentum {
+            linear: sum(&times(&self.linear, v), &times(&self.mixed, w)),
+            angular: sum(&times(&self.back, v), &times(&self.angular, w)),
         }
-        self.angular.add_two_outer([(&v.angular, &p.angular), (&w.angular, &q.angular)]);
-        self.gradient = self.gradient.plus_scaled(v, f).plus_scaled(w, g);
+    }
+
+    /// M^T x.
+    #[inline(always)]
+    fn transposed_times(&self, x: &Twist<T>) -> Momentum<T> {
+        let (v, w) = (&x.linear, &x.angular);
+        Momentum {
+            linear: sum(&weighted(&self.linear, v), &weighted(&self.back, w)),
+            angular: sum(&weighted(&self.mixed, v), &weighted(&self.angular, w)),
+        }
+    }
+
+    /// Adds a b^T.
+    #[inline(always)]
+    pub fn add_outer(&mut self, a: &Wrench<T>, b: &Wrench<T>) {
+        for i in 0..3 {
+            self.linear[i] = along(&self.linear[i], &b.linear, a.linear[i]);
+            self.mixed[i] = along(&self.mixed[i], &b.angular, a.linear[i]);
+            self.back[i] = along(&self.back[i], &b.linear, a.angular[i]);
+            self.angular[i] = along(&self.angular[i], &b.angular, a.angular[i]);
+        }
+    }
+
+    /// Adds the stiffness of the point at `arm` from the CG.
+    #[inline(always)]
+    pub fn add_at(&mut self, arm: &Vector3<T>, point: &PointStiffness<T>) {
+        let (PointStiffness { sliding: k, coupling: c, normal }, r) = (point, arm);
+        let [x, y] = [Vector3::new(k.xx, k.xy, c.x), Vector3::new(k.xy, k.yy, c.y)];
+        let [a, b, d] = &mut self.linear;
+        (*a, *b, d.z) = (sum(a, &x), sum(b, &y), d.z + *normal);
+        // -K [r], row by row, and [r] K.
+        let [p, q] = [cross(r, &x), cross(r, &y)];
+        let (s, t) = (*normal * r.y, -(*normal * r.x));
+        let [a, b, d] = &mut self.mixed;
+        (*a, *b, d.x, d.y) = (sum(a, &p), sum(b, &q), d.x + s, d.y + t);
+        let [a, b, d] = &mut self.back;
+        *a = along(a, &y, -r.z);
+        a.z += s;
+        *b = along(b, &x, r.z);
+        b.z += t;
+        *d = along(&along(d, &y, r.x), &x, -r.y);
+        // [r] (-K [r]).
+        let [a, b, d] = &mut self.angular;
+        *a = along(a, &q, -r.z);
+        (a.x, a.y) = (r.y.mul_add(s, a.x), r.y.mul_add(t, a.y));
+        *b = along(b, &p, r.z);
+        (b.x, b.y) = (r.x.subtract_from(s, b.x), r.x.subtract_from(t, b.y));
+        *d = along(&along(d, &q, r.x), &p, -r.y);
     }
 
     /// The same as a function of the twist at a point from which this one lies at `arm`: v = v_new + omega x arm.
     #[inline(always)]
     fn seen_from_before(&self, arm: &Vector3<T>) -> Self {
-        // B' = B - A [d] , row by row a^T [d] = (a x d)^T with a the rows of A; C' = C + [d] B' - B^T [d].
-        let rows = self.linear.rows();
-        let [a, b, c] = &self.mixed;
-        let mixed =
-            [sum_with_cross(a, arm, &rows[0]), sum_with_cross(b, arm, &rows[1]), sum_with_cross(c, arm, &rows[2])];
-        let [p, q, r] = &mixed;
-        let (own, d) = (&self.angular, arm);
+        // B' = B - A [d], row by row a^T [d] = (a x d)^T with a the rows of A; D' = D + [d] A; C' = C - D [d] + [d] B'.
+        let mixed = shifted(&self.mixed, &self.linear, arm);
         Self {
+            linear: self.linear,
             mixed,
-            angular: Symmetric {
-                xx: with_products(own.xx, [r.x, q.x, c.x, b.x], [d.y, d.z, d.y, d.z]),
-                xy: with_products(own.xy, [r.y, q.y, a.x, c.x], [d.y, d.z, d.z, d.x]),
-                xz: with_products(own.xz, [r.z, q.z, b.x, a.x], [d.y, d.z, d.x, d.y]),
-                yy: with_products(own.yy, [p.y, r.y, a.y, c.y], [d.z, d.x, d.z, d.x]),
-                yz: with_products(own.yz, [p.z, r.z, b.y, a.y], [d.z, d.x, d.x, d.y]),
-                zz: with_products(own.zz, [q.z, p.z, b.z, a.z], [d.x, d.y, d.x, d.y]),
-            },
-            gradient: gradient_before(&self.gradient, arm),
-            ..*self
+            back: with_cross(&self.back, arm, &self.linear),
+            angular: with_cross(&shifted(&self.angular, &self.back, arm), arm, &mixed),
         }
     }
 
-    /// The twist that minimises the function, and twice the decrease: an L D L^T factorisation.
+    /// Rows, angular variables last.
     #[inline(always)]
-    pub fn minimiser(&self) -> (Twist<T>, T) {
-        let step = self.minimiser_under(&self.gradient);
+    fn dense(&self) -> [[T; 6]; 6] {
+        let ([a, b, c], [p, q, r]) = (&self.linear, &self.mixed);
+        let ([d, e, f], [s, t, u]) = (&self.back, &self.angular);
+        [row(a, p), row(b, q), row(c, r), row(d, s), row(e, t), row(f, u)]
+    }
+}
+
+#[inline(always)]
+fn row<T: Real>(v: &Vector3<T>, w: &Vector3<T>) -> [T; 6] {
+    [v.x, v.y, v.z, w.x, w.y, w.z]
+}
+
+#[inline(always)]
+fn times<T: Real>([x, y, z]: &Rows<T>, v: &Vector3<T>) -> Vector3<T> {
+    Vector3::new(inner(x, v), inner(y, v), inner(z, v))
+}
+
+/// Sum of the rows with these weights.
+#[inline(always)]
+fn weighted<T: Real>([x, y, z]: &Rows<T>, v: &Vector3<T>) -> Vector3<T> {
+    along(&along(&scaled(x, v.x), y, v.y), z, v.z)
+}
+
+/// rows - factors [arm].
+#[inline(always)]
+fn shifted<T: Real>([x, y, z]: &Rows<T>, [a, b, c]: &Rows<T>, arm: &Vector3<T>) -> Rows<T> {
+    [sum_with_cross(x, arm, a), sum_with_cross(y, arm, b), sum_with_cross(z, arm, c)]
+}
+
+/// rows + [arm] factors.
+#[inline(always)]
+fn with_cross<T: Real>([x, y, z]: &Rows<T>, arm: &Vector3<T>, [a, b, c]: &Rows<T>) -> Rows<T> {
+    [
+        along(&along(x, c, arm.y), b, -arm.z),
+        along(&along(y, a, arm.z), c, -arm.x),
+        along(&along(z, b, arm.x), a, -arm.y),
+    ]
+}
+
+impl<T: Real> Affine<T> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { gradient: Momentum::zero(), matrix: Matrix::zero() }
+    }
+
+    /// Adds the law of a row w: `force w` and the stiffness `penalty` against w . x.
+    #[inline(always)]
+    pub fn add_rank_one(&mut self, w: &Wrench<T>, penalty: T, force: T) {
+        self.matrix.add_outer(&w.scaled(penalty), w);
+        self.gradient = self.gradient.plus_scaled(w, force);
+    }
+
+    /// The same as a function of the twist at a point from which this one lies at `arm`.
+    #[inline(always)]
+    fn seen_from_before(&self, arm: &Vector3<T>) -> Self {
+        Self { gradient: gradient_before(&self.gradient, arm), matrix: self.matrix.seen_from_before(arm) }
+    }
+
+    /// The twist that is in balance, and how much the gradient falls along that.
+    #[inline(always)]
+    pub fn solution(&self) -> (Twist<T>, T) {
+        let step = self.solution_under(&self.gradient);
         (step, -step.dot(&self.gradient))
     }
 
-    /// The twist that minimises the function with another gradient.
+    /// The twist that is in balance with another gradient.
     #[inline(always)]
-    pub fn minimiser_under(&self, gradient: &Momentum<T>) -> Twist<T> {
-        let mut rows = self.dense();
+    pub fn solution_under(&self, gradient: &Momentum<T>) -> Twist<T> {
+        let mut rows = self.matrix.dense();
         let (v, w) = (&gradient.linear, &gradient.angular);
         let mut x = [-v.x, -v.y, -v.z, -w.x, -w.y, -w.z];
         // A loop over pivots would not be unrolled, and would keep its numbers in memory.
@@ -205,34 +246,17 @@ impl<T: Real> Quadratic<T> {
         substitute_pivot::<T, 0>(&rows, &mut x);
         Twist { linear: Vector3::new(x[0], x[1], x[2]), angular: Vector3::new(x[3], x[4], x[5]) }
     }
-
-    /// Lower half of H, angular variables last.
-    #[inline(always)]
-    fn dense(&self) -> [[T; 6]; 6] {
-        let zero = T::zero();
-        let (a, c) = (self.linear.rows(), self.angular.rows());
-        let mut rows = [[zero; 6]; 6];
-        for i in 0..3 {
-            for j in 0..3 {
-                rows[i][j] = a[i][j];
-                rows[3 + i][j] = self.mixed[j][i];
-                rows[3 + i][3 + j] = c[i][j];
-            }
-        }
-        rows
-    }
 }
 
-/// One step of the factorisation of the lower half of a symmetric matrix, and of the right side `x`; the column of the pivot
-/// stays unscaled, for [`substitute_pivot`].
+/// One step of the factorisation, and of the right side `x`; the row of the pivot stays, for [`substitute_pivot`].
 #[allow(clippy::needless_range_loop, reason = "rows are read and written at once")]
 #[inline(always)]
 fn eliminate_pivot<T: Real, const K: usize>(rows: &mut [[T; 6]; 6], x: &mut [T; 6]) {
     let inverse = T::splat(1.0) / rows[K][K];
     for i in K + 1..6 {
         let factor = rows[i][K] * inverse;
-        for j in K + 1..=i {
-            rows[i][j] = factor.subtract_from(rows[j][K], rows[i][j]);
+        for j in K + 1..6 {
+            rows[i][j] = factor.subtract_from(rows[K][j], rows[i][j]);
         }
         x[i] = factor.subtract_from(x[K], x[i]);
     }
@@ -243,7 +267,7 @@ fn eliminate_pivot<T: Real, const K: usize>(rows: &mut [[T; 6]; 6], x: &mut [T; 
 fn substitute_pivot<T: Real, const K: usize>(rows: &[[T; 6]; 6], x: &mut [T; 6]) {
     let mut sum = x[K];
     for i in K + 1..6 {
-        sum = rows[i][K].subtract_from(x[i], sum);
+        sum = rows[K][i].subtract_from(x[i], sum);
     }
     x[K] = sum / rows[K][K];
 }
@@ -252,18 +276,6 @@ impl<T: Real> Elimination<T> {
     #[inline(always)]
     fn zero() -> Self {
         Self { row: SpatialVector::zero(), constant: T::zero(), inverse: T::zero() }
-    }
-
-    /// With the row of the link's own twist without the rate.
-    #[inline(always)]
-    fn new(column: &SpatialVector<T>, inverse: T, force: T) -> Self {
-        Self { row: column.scaled(-inverse), constant: -(force * inverse), inverse }
-    }
-
-    /// With the row of the twist of the link before.
-    #[inline(always)]
-    fn seen_from_before(&self, shift: &Vector3<T>) -> Self {
-        Self { row: gradient_before(&self.row, shift), ..*self }
     }
 }
 
@@ -277,7 +289,8 @@ impl<T: Real> Segment<T> {
             hinge,
             elimination,
             pitch_by_yaw: T::zero(),
-            correction: [T::zero(); 2],
+            columns: [SpatialVector::zero(); 2],
+            yaw_by_pitch: T::zero(),
         }
     }
 
@@ -288,48 +301,81 @@ impl<T: Real> Segment<T> {
     }
 
     /// Eliminates the rates of the joint before this link from `total`, the function of all from this link on, and turns
-    /// it into one of the twist of the link before. Returns twice the decrease.
+    /// it into one of the twist of the link before. Returns g H^-1 g of the rates if `total` is the gradient of a function. What
+    /// [`Self::eliminate_linear`] needs stays if it is to be `repeatable`.
     #[inline(always)]
-    pub fn eliminate(&mut self, total: &mut Quadratic<T>, actuators: &[ActuatorModel<T>; 2]) -> T {
+    pub fn eliminate(&mut self, total: &mut Affine<T>, actuators: &[ActuatorModel<T>; 2], repeatable: bool) -> T {
         let decrease = match self.only {
-            Some(axis) => self.eliminate_one(axis, total, &actuators[axis]),
-            None => self.eliminate_both(total, actuators),
+            Some(axis) => self.eliminate_one(axis, total, &actuators[axis], repeatable),
+            None => self.eliminate_both(total, actuators, repeatable),
         };
         *total = total.seen_from_before(&self.shift);
         decrease
     }
 
     #[inline(always)]
-    fn eliminate_one(&mut self, axis: usize, total: &mut Quadratic<T>, actuator: &ActuatorModel<T>) -> T {
+    fn eliminate_one(
+        &mut self,
+        axis: usize,
+        total: &mut Affine<T>,
+        actuator: &ActuatorModel<T>,
+        repeatable: bool,
+    ) -> T {
         let hinge = &self.hinge[axis];
-        let column = total.times(hinge);
+        let (column, row) = (total.matrix.times(hinge), total.matrix.transposed_times(hinge));
         let inverse = T::splat(1.0) / (hinge.dot(&column) + actuator.stiffness);
         let force = hinge.dot(&total.gradient) - actuator.impulse;
-        let elimination = Elimination::new(&column, inverse, force);
-        total.add_rank_one(&column, -inverse, elimination.constant);
-        self.elimination[axis] = elimination.seen_from_before(&self.shift);
+        let decrease = self.take_out(axis, total, (&column, &row), (inverse, force));
         (self.elimination[1 - axis], self.pitch_by_yaw) = (Elimination::zero(), T::zero());
-        -(force * elimination.constant)
+        if repeatable {
+            self.columns[axis] = gradient_before(&column.scaled(-inverse), &self.shift);
+            (self.columns[1 - axis], self.yaw_by_pitch) = (SpatialVector::zero(), T::zero());
+        }
+        decrease
     }
 
     #[inline(always)]
-    fn eliminate_both(&mut self, total: &mut Quadratic<T>, [of_yaw, of_pitch]: &[ActuatorModel<T>; 2]) -> T {
-        let [yaw, pitch] = &self.hinge;
-        let (column, unchanged) = (total.times(pitch), total.times(yaw));
+    fn eliminate_both(
+        &mut self,
+        total: &mut Affine<T>,
+        [of_yaw, of_pitch]: &[ActuatorModel<T>; 2],
+        repeatable: bool,
+    ) -> T {
+        let [yaw, pitch] = self.hinge;
+        let (column, row) = (total.matrix.times(&pitch), total.matrix.transposed_times(&pitch));
         let inverse = T::splat(1.0) / (pitch.dot(&column) + of_pitch.stiffness);
         let force = pitch.dot(&total.gradient) - of_pitch.impulse;
         // What is left for the yaw, once the pitch follows it.
-        let share = yaw.dot(&column) * inverse;
-        let rest = unchanged.plus_scaled(&column, -share);
-        let rest_inverse = T::splat(1.0) / (yaw.dot(&rest) + of_yaw.stiffness);
-        let rest_force = share.subtract_from(force, yaw.dot(&total.gradient) - of_yaw.impulse);
-        let (pitch, yaw) =
-            (Elimination::new(&column, inverse, force), Elimination::new(&rest, rest_inverse, rest_force));
-        total.add_two([(&column, &pitch.row, pitch.constant), (&rest, &yaw.row, yaw.constant)]);
-        let decrease = -(force * pitch.constant + rest_force * yaw.constant);
-        self.elimination = [yaw.seen_from_before(&self.shift), pitch.seen_from_before(&self.shift)];
-        self.pitch_by_yaw = -share;
+        let [share, shared] = [yaw.dot(&row) * -inverse, yaw.dot(&column) * -inverse];
+        let rest_column = total.matrix.times(&yaw).plus_scaled(&column, share);
+        let rest_row = total.matrix.transposed_times(&yaw).plus_scaled(&row, shared);
+        let rest_inverse = T::splat(1.0) / (yaw.dot(&rest_column) + of_yaw.stiffness);
+        let rest_force = shared.mul_add(force, yaw.dot(&total.gradient) - of_yaw.impulse);
+        let decrease = self.take_out(1, total, (&column, &row), (inverse, force))
+            + self.take_out(0, total, (&rest_column, &rest_row), (rest_inverse, rest_force));
+        self.pitch_by_yaw = share;
+        if repeatable {
+            let columns = [rest_column.scaled(-rest_inverse), column.scaled(-inverse)];
+            self.columns = [gradient_before(&columns[0], &self.shift), gradient_before(&columns[1], &self.shift)];
+            self.yaw_by_pitch = shared;
+        }
         decrease
+    }
+
+    /// Eliminates the rate about one axis, given its column and row, 1 / pivot, and what is out of balance.
+    #[inline(always)]
+    fn take_out(
+        &mut self,
+        axis: usize,
+        total: &mut Affine<T>,
+        (column, row): (&Wrench<T>, &Wrench<T>),
+        (inverse, force): (T, T),
+    ) -> T {
+        let (row, constant) = (row.scaled(-inverse), -(force * inverse));
+        total.matrix.add_outer(column, &row);
+        total.gradient = total.gradient.plus_scaled(column, constant);
+        self.elimination[axis] = Elimination { row: gradient_before(&row, &self.shift), constant, inverse };
+        -(force * constant)
     }
 
     /// Steps of the rates and of the link's twist, given the step of the link before.
@@ -339,25 +385,15 @@ impl<T: Real> Segment<T> {
         self.substitute_with(&[yaw.constant, pitch.constant], before)
     }
 
-    /// Repeats the last elimination for another gradient of all from this link on, without actuators. Returns that of
-    /// the link before, the constants for [`Self::substitute_with`], and twice the decrease.
+    /// Repeats the last elimination, which was repeatable, for another gradient of all from this link on, without actuators.
+    /// Returns that of the link before, and the constants for [`Self::substitute_with`].
     #[inline(always)]
-    pub fn eliminate_linear(&self, total: &Momentum<T>) -> (Momentum<T>, [T; 2], T) {
-        let [yaw, pitch] = &self.elimination;
-        let of_pitch = self.hinge[1].dot(total);
-        let of_yaw = self.pitch_by_yaw.mul_add(of_pitch, self.hinge[0].dot(total));
-        let gradient = gradient_before(total, &self.shift).plus_scaled(&pitch.row, of_pitch);
-        let constant = [-(of_yaw * yaw.inverse), -(of_pitch * pitch.inverse)];
-        let decrease = -of_yaw.mul_add(constant[0], of_pitch * constant[1]);
-        (gradient.plus_scaled(&yaw.row, of_yaw), constant, decrease)
-    }
-
-    /// Adds a share of the correction to the constants, in the given lanes.
-    #[inline(always)]
-    pub fn correct(&mut self, share: T, lanes: T::Mask) {
-        for (Elimination { constant, .. }, correction) in self.elimination.iter_mut().zip(self.correction) {
-            *constant = T::select(lanes, share.mul_add(correction, *constant), *constant);
-        }
+    pub fn eliminate_linear(&self, total: &Momentum<T>) -> (Momentum<T>, [T; 2]) {
+        let ([yaw, pitch], [of_yaw, of_pitch]) = (&self.elimination, &self.columns);
+        let pitching = self.hinge[1].dot(total);
+        let yawing = self.yaw_by_pitch.mul_add(pitching, self.hinge[0].dot(total));
+        let gradient = gradient_before(total, &self.shift).plus_scaled(of_pitch, pitching);
+        (gradient.plus_scaled(of_yaw, yawing), [-(yawing * yaw.inverse), -(pitching * pitch.inverse)])
     }
 
     /// [`Self::substitute`] with the constants of another gradient.
@@ -383,10 +419,4 @@ impl<T: Real> Segment<T> {
 fn gradient_before<T: Real>(gradient: &Momentum<T>, arm: &Vector3<T>) -> Momentum<T> {
     let Momentum { linear, angular } = gradient;
     Momentum { linear: *linear, angular: sum_with_cross(angular, arm, linear) }
-}
-
-/// `entry + d u - e v + f w - g x`.
-#[inline(always)]
-pub(super) fn with_products<T: Real>(entry: T, [u, v, w, x]: [T; 4], [d, e, f, g]: [T; 4]) -> T {
-    g.subtract_from(x, f.mul_add(w, e.subtract_from(v, d.mul_add(u, entry))))
 }

@@ -10,6 +10,7 @@ use crate::math::{Mask, Real};
 use crate::solver::ActuatorTerm;
 use crate::stepping::StageStop;
 
+use super::ray_laws::RayLaws;
 use super::sweep::ActuatorModel;
 use crate::spatial::StageContact;
 use crate::spatial::spatial_vector::Wrench;
@@ -23,7 +24,6 @@ pub(super) struct ContactTerm<T: Real> {
     /// Whether the contact counts as closed whatever its velocity.
     held: T::Mask,
     pub value: T,
-    stiffness: T,
 }
 
 /// Both stops of one joint axis.
@@ -62,13 +62,13 @@ impl<T: Real> StopTerm<T> {
         axis.impulse += self.stop.moment(&self.impulse());
     }
 
-    /// First and second derivative of the laws' function at rate + alpha change by alpha.
+    /// Adds both laws at rate + alpha change.
     #[inline(always)]
-    pub fn along(&self, rate: T, change: T, alpha: T) -> (T, T) {
+    pub fn add_along(&self, rate: T, change: T, ray: &mut RayLaws<T>) {
         let (velocity, change) = (self.stop.lever * rate, self.stop.lever * change);
         let [upper, lower] = &self.contacts;
-        let (upper, lower) = (upper.along(-velocity, -change, alpha), lower.along(velocity, change, alpha));
-        (upper.0 + lower.0, upper.1 + lower.1)
+        upper.add_along(-velocity, -change, ray);
+        lower.add_along(velocity, change, ray);
     }
 
     /// Impulses of both \[N s\].
@@ -98,7 +98,7 @@ impl<T: Real> StopTerm<T> {
 impl<T: Real> ContactTerm<T> {
     #[inline(always)]
     pub fn new(offset: T, penalty: T, impulse: T) -> Self {
-        Self { offset, penalty, centre: T::zero(), held: T::zero().lt(impulse), value: T::zero(), stiffness: T::zero() }
+        Self { offset, penalty, centre: T::zero(), held: T::zero().lt(impulse), value: T::zero() }
     }
 
     /// Moves to the velocity gamma; returns the present stiffness.
@@ -106,14 +106,8 @@ impl<T: Real> ContactTerm<T> {
     pub fn evaluate(&mut self, gamma: T) -> T {
         let wanted = self.centre - self.penalty * (gamma + self.offset);
         let (value, stiffness) = HalfLine.evaluate(wanted, self.penalty, HalfLine.is_closed(wanted) | self.held);
-        (self.value, self.stiffness) = (value, stiffness);
+        self.value = value;
         stiffness
-    }
-
-    /// The impulse after a change of the velocity, on the branch of the last evaluation up to where it opens.
-    #[inline(always)]
-    pub fn value_after(&self, change: T) -> T {
-        self.stiffness.subtract_from(change, self.value).max(T::zero())
     }
 
     #[inline(always)]
@@ -121,11 +115,10 @@ impl<T: Real> ContactTerm<T> {
         self.held = T::Mask::of(|_| false);
     }
 
-    /// First and second derivative of the law's function at gamma + alpha rate by alpha.
+    /// Adds the law at gamma + alpha rate.
     #[inline(always)]
-    pub fn along(&self, gamma: T, rate: T, alpha: T) -> (T, T) {
-        let wanted = self.centre - self.penalty * (gamma + self.offset + alpha * rate);
-        HalfLine.along(wanted, self.penalty, rate)
+    pub fn add_along(&self, gamma: T, rate: T, ray: &mut RayLaws<T>) {
+        ray.add_contact(self.centre - self.penalty * (gamma + self.offset), rate, self.penalty);
     }
 
     /// How far the centre is from the impulse, squared: over the squared penalty it is the velocity by which the law is

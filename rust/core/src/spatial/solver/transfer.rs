@@ -9,7 +9,7 @@ use crate::spatial::{Stage, StageSolution, hinge_directions};
 
 use super::link_term::{GroundLaws, LinkTerm};
 use super::newton::Newton;
-use super::sweep::Quadratic;
+use super::sweep::Affine;
 use super::terms::{ObstacleTerm, StopTerm};
 
 impl<T: Real> Newton<T> {
@@ -33,7 +33,7 @@ impl<T: Real> Newton<T> {
             self.begin_link(stage, solution, i);
         }
         self.surfaces.clear();
-        self.movables.resize(stage.surfaces.len(), Quadratic::zero());
+        self.movables.resize(stage.surfaces.len(), Affine::zero());
         for (k, (axes, impulse)) in stage.surfaces.iter().zip(&solution.surface).enumerate() {
             self.surfaces.push(SurfaceTerm::new(*axes, impulse, penalty));
             let motion = (solution.twist[chain + k], [T::zero(); 2], [ActuatorTerm::none(); 2]);
@@ -136,4 +136,4 @@ impl<T: Real> Newton<T> {
 /// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight
 /// yield by g c / r, some 1e-6 m/s, which moving the multipliers removes. A stiffer one takes more steps: where it
 /// sticks or slips is decided within a narrower range of velocities.
-pub(super) const PENALTY: f64 = 1e5;
+const PENALTY: f64 = 3e5;
