@@ -149,11 +149,14 @@ def _in_3d(flat: Experiments) -> Experiments:
 
 
 def _lifting() -> Experiments:
-    """Gaits of section 2.4.2 that the thesis describes and does not simulate."""
+    """Gaits of section 2.4.2 that the thesis describes and does not simulate.
+
+    The caterpillar stands on spheres in a row, which is unstable: the run ends before round-off tips it over.
+    """
     caterpillar = Gait.caterpillar(soft_start=True)
     found = {
         "undulation, 3D": _spatial(ORTHOTROPIC, Gait()),
-        "caterpillar": _spatial(ISOTROPIC, caterpillar, Start(posture="straight")),
+        "caterpillar": _spatial(ISOTROPIC, caterpillar, Start(posture="straight"), 1.5 * PERIOD),
     }
     for lift in LIFTS:
         found[f"lift {lift:g}"] = _spatial(ORTHOTROPIC, Gait.sinus_lifting(vertical_amplitude=lift * DEGREE))

@@ -32,15 +32,16 @@ GAITS = {
 
 
 def gaits(runs: Runs, path: Path) -> Path:
-    """Each gait after one and two periods from above, and the heights of its links after two."""
+    """Each gait after one and two periods, or the last one of a shorter run, and the heights of its links then."""
     drawn, axes = drawing.figure(len(GAITS), 2, 8.0, 11.0)
     for row, (title, name) in zip(axes, GAITS.items(), strict=True):
         run = runs[name]
-        for time in (PERIOD, 2 * PERIOD):
+        end = min(2 * PERIOD, run.time[-1])
+        for time in (end - PERIOD, end):
             _links(row[0], runs, name, time, (0, 1))
-        row[0].plot(*run.position[run.time <= 2 * PERIOD, MIDDLE, :2].T, color=drawing.PATH)
+        row[0].plot(*run.position[run.time <= end, MIDDLE, :2].T, color=drawing.PATH)
         drawing.ground(row[0], f"{title}: from above, path of link 6", (-1.5, 0.7), (-0.6, 0.9))
-        shown = run.position[at(run, 2 * PERIOD)]
+        shown = run.position[at(run, end)]
         along = np.linalg.norm(shown[:, :2] - shown[0, :2], axis=1)
         height = 1e3 * (shown[:, 2] - np.asarray(AIKO.radius))
         row[1].plot(along, height, "o-", color=drawing.PATH, markersize=3)

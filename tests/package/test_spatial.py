@@ -254,7 +254,7 @@ def test_sinus_lifting_is_faster_than_lateral_undulation(friction):
 
 
 def test_the_caterpillar_stays_upright_and_follows_its_wave():
-    """Upright is unstable: a tilt of 1e-12 rad, or round-off, tips the robot over within nine seconds."""
+    """Until round-off tips it over: upright is unstable, as a joint shows that is bent sideways by a microradian."""
     gait = Gait.caterpillar(soft_start=True)
     trajectory = run(gait=gait, integrator=None, start=Start(posture="straight"), duration=6.0, sample=0.5)
     _, e_y, _ = axes(trajectory.quaternion)
@@ -262,6 +262,10 @@ def test_the_caterpillar_stays_upright_and_follows_its_wave():
     way = trajectory.position[-1].mean(axis=0) - trajectory.position[-10].mean(axis=0)
     assert way[0] < -0.05, "the wave runs from link 1 to link 11, that is to -x"
     assert abs(way[1]) < 1e-3
+    bent = np.zeros((10, 2))
+    bent[0, 0] = 1e-6
+    tipped = run(gait=gait, integrator=None, start=Start(posture=bent), duration=9.0, sample=0.5)
+    assert axes(tipped.quaternion)[1][-1, :, 2].max() < 0.5
 
 
 def test_lying_flat_among_pegs_the_spatial_model_is_the_planar_one():

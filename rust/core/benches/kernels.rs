@@ -33,19 +33,13 @@ fn stages() -> [(&'static str, Stage); 3] {
     kinds.map(|(name, kind)| (name, random_stage(kind, &mut random)))
 }
 
-fn unsolved(stage: &Stage) -> StageSolution {
-    let mut solution = StageSolution::new(stage.links.len());
-    solution.contact.resize(stage.contacts.len(), 0.0);
-    solution
-}
-
 /// Newton's method from a cold start to 1e-8 m/s, and the judge of what it found.
 fn solve_and_certify(criterion: &mut Criterion) {
     let mut newton = Newton::new(LINKS);
     let mut solve = criterion.benchmark_group("newton");
     for (name, stage) in stages() {
         solve.bench_function(name, |bencher| {
-            let start = || unsolved(&stage);
+            let start = || StageSolution::cold(&stage);
             let solve = |solution: &mut StageSolution| newton.solve_one(&stage, solution, 1e-8, 2000);
             bencher.iter_batched_ref(start, solve, BatchSize::SmallInput);
         });
@@ -53,7 +47,7 @@ fn solve_and_certify(criterion: &mut Criterion) {
     solve.finish();
     let mut judge = criterion.benchmark_group("certify");
     for (name, stage) in stages() {
-        let mut solution = unsolved(&stage);
+        let mut solution = StageSolution::cold(&stage);
         newton.solve_one(&stage, &mut solution, 1e-8, 2000);
         judge.bench_function(name, |bencher| bencher.iter(|| certify(black_box(&stage), black_box(&solution))));
     }

@@ -122,11 +122,10 @@ fn feasible_offsets(stage: &mut Stage, random: &mut Rng) {
 
 /// A cold start: at the reference velocity without impulses.
 pub fn cold(stage: &Stage) -> StageSolution {
-    let mut solution = StageSolution::new(stage.links.len());
+    let mut solution = StageSolution::cold(stage);
     for (twist, link) in solution.twist.iter_mut().zip(&stage.links) {
         *twist = link.reference;
     }
-    solution.contact.resize(stage.contacts.len(), 0.0);
     solution
 }
 

@@ -61,17 +61,9 @@ pub fn solvable() -> impl Iterator<Item = Golden> {
     golden().into_iter().filter(|golden| !CONTRADICTORY.contains(&golden.name.as_str()))
 }
 
-/// The start without any knowledge.
-pub fn cold(stage: &Stage) -> StageSolution {
-    let mut solution = StageSolution::new(stage.links.len());
-    solution.contact.resize(stage.contacts.len(), 0.0);
-    solution.pair.resize(stage.pairs.len(), 0.0);
-    solution
-}
-
 /// The solution that the fallback finds.
 pub fn closed_by_fallback(golden: &Golden) -> StageSolution {
-    let mut solution = cold(&golden.stage);
+    let mut solution = StageSolution::cold(&golden.stage);
     let (_, closing) = Fallback::new(golden.stage.links.len()).solve_hard(&golden.stage, &mut solution, TOLERANCE);
     assert_eq!(closing, SolveStatus::Solved, "{}: {:?}", golden.name, certify(&golden.stage, &solution));
     solution

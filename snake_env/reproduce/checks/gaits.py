@@ -66,9 +66,8 @@ def _offset_turns(runs: Runs) -> Result:
 
 
 def _speed_ahead(runs: Runs, name: str) -> float:
-    """Of the gravity centre over the second period, in the direction from link 11 to link 1 [m/s]."""
-    position = runs[name].position
-    half = at(runs[name], PERIOD)
-    way = position[-1].mean(axis=0) - position[half].mean(axis=0)
+    """Of the gravity centre over the last period, in the direction from link 11 to link 1 [m/s]."""
+    run, position = runs[name], runs[name].position
+    way = position[-1].mean(axis=0) - position[at(run, run.time[-1] - PERIOD)].mean(axis=0)
     ahead = position[-1, 0] - position[-1, -1]
     return float(way @ ahead / np.linalg.norm(ahead)) / PERIOD

@@ -43,7 +43,11 @@ pub trait Halves: Copy {
     fn sides<T: Real>(&self) -> [T; 2];
 
     /// s on the side on which `x` lies.
-    fn side<T: Real>(&self, x: T) -> T;
+    #[inline(always)]
+    fn side<T: Real>(&self, x: T) -> T {
+        let [positive, negative] = self.sides();
+        T::select(T::zero().le(x), positive, negative)
+    }
 
     /// S v.
     fn scaled<T: Real>(&self, v: &Vector2<T>, side: T) -> Vector2<T>;
@@ -77,11 +81,6 @@ impl Halves for Whole {
     }
 
     #[inline(always)]
-    fn side<T: Real>(&self, _x: T) -> T {
-        T::splat(1.0)
-    }
-
-    #[inline(always)]
     fn scaled<T: Real>(&self, v: &Vector2<T>, _side: T) -> Vector2<T> {
         *v
     }
@@ -108,12 +107,6 @@ impl Halves for Skin {
     #[inline(always)]
     fn sides<T: Real>(&self) -> [T; 2] {
         [T::splat(self.shares[0]), T::splat(self.shares[1])]
-    }
-
-    #[inline(always)]
-    fn side<T: Real>(&self, x: T) -> T {
-        let [positive, negative] = self.sides();
-        T::select(T::zero().le(x), positive, negative)
     }
 
     #[inline(always)]

@@ -262,4 +262,18 @@ impl<T: Real> StageSolution<T> {
             pair_friction: Vec::with_capacity(LINK_CONTACTS_PER_LINK * links),
         }
     }
+
+    /// Of the size of `stage`, at rest and without impulses: the start of a solver that knows nothing.
+    pub fn cold(stage: &Stage<T>) -> Self {
+        let (mut solution, none) = (Self::new(stage.links.len()), T::zero());
+        solution.spin.resize(stage.spins.len(), none);
+        solution.actuator.truncate(stage.joints.len());
+        solution.stop.resize(stage.stops.len(), [none; 2]);
+        solution.gear.resize(stage.motors.len(), none);
+        solution.contact.resize(stage.contacts.len(), none);
+        solution.obstacle_friction.resize(stage.obstacle_friction.len(), none);
+        solution.pair.resize(stage.pairs.len(), none);
+        solution.pair_friction.resize(stage.pair_friction.len(), none);
+        solution
+    }
 }

@@ -191,8 +191,7 @@ fn all_solvers_agree_on_stages_with_play() {
         };
         let mut stage = dense::random_stage(kind, &mut random);
         dense::loosen(&mut stage, &mut random);
-        let mut ours = StageSolution::new(kind.links);
-        ours.contact.resize(kind.contacts, 0.0);
+        let mut ours = StageSolution::cold(&stage);
         let mut theirs = ours.clone();
         theirs.twist.fill(Twist::repeat(f64::NAN));
         let newton = Newton::new(kind.links).solve_one(&stage, &mut ours, 1e-9, 500);

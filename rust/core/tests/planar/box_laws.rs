@@ -392,16 +392,6 @@ fn coupled_stage(case: usize, rough: bool, random: &mut Random) -> Stage {
     stage
 }
 
-fn cold(stage: &Stage) -> StageSolution {
-    let mut solution = StageSolution::new(stage.links.len());
-    solution.actuator.truncate(stage.joints.len());
-    solution.spin.resize(stage.spins.len(), 0.0);
-    solution.pair.resize(stage.pairs.len(), 0.0);
-    solution.contact.resize(stage.contacts.len(), 0.0);
-    solution.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
-    solution
-}
-
 /// Newton's method and the interior point method share the elimination and not the laws.
 #[test]
 fn stages_with_limit_surfaces_are_solved_alike_by_all_methods() {
@@ -409,7 +399,7 @@ fn stages_with_limit_surfaces_are_solved_alike_by_all_methods() {
     let (mut slipping, mut unsolved) = (0, 0);
     for case in 0..60 {
         let stage = coupled_stage(case, false, &mut random);
-        let (mut one, mut other) = (cold(&stage), cold(&stage));
+        let (mut one, mut other) = (StageSolution::cold(&stage), StageSolution::cold(&stage));
         Newton::new(stage.links.len()).solve_one(&stage, &mut one, 1e-10, 200);
         let residual = certify(&stage, &one).residual();
         assert!(residual < 1e-8, "case {case}: {residual:e}");
@@ -422,7 +412,7 @@ fn stages_with_limit_surfaces_are_solved_alike_by_all_methods() {
         one.spin[node] += 1e-4;
         assert!(certify(&stage, &one).residual() > 1e-6);
         let rough = coupled_stage(case, true, &mut random);
-        let mut solution = cold(&rough);
+        let mut solution = StageSolution::cold(&rough);
         solution.twist.fill(Twist::repeat(f64::NAN));
         let (_, status) = Fallback::new(rough.links.len()).solve_hard(&rough, &mut solution, 1e-8);
         let residual = certify(&rough, &solution).residual();

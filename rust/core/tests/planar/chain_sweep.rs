@@ -11,8 +11,7 @@ const PLAIN: Kind =
     Kind { links: 5, contacts: 0, stiff: true, limited: false, friction: false, mass_ratio: 1.0, orthotropy: 1.0 };
 
 fn newton(stage: &Stage, tolerance: f64) -> StageSolution {
-    let mut solution = StageSolution::new(stage.links.len());
-    solution.contact.resize(stage.contacts.len(), 0.0);
+    let mut solution = StageSolution::cold(stage);
     Newton::new(stage.links.len()).solve_one(stage, &mut solution, tolerance, 2000);
     let certificate = certify(stage, &solution);
     // Started cold, a jammed stage may creep and end at its cap: 1e-6 m/s must be reached always, and the
@@ -160,8 +159,7 @@ fn newton_meets_its_tolerance_on_hard_stages() {
             orthotropy: 100.0,
         };
         let stage = dense::random_stage(kind, &mut random);
-        let mut solution = StageSolution::new(kind.links);
-        solution.contact.resize(kind.contacts, 0.0);
+        let mut solution = StageSolution::cold(&stage);
         let outcome = Newton::new(kind.links).solve_one(&stage, &mut solution, 1e-8, 2000);
         let certificate = certify(&stage, &solution);
         assert!(certificate.gap.is_finite(), "case {case}: {certificate:?}");

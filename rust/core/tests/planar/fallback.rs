@@ -8,12 +8,6 @@ use snake_core::solver::SolveStatus;
 use snake_test_support::planar::Random;
 use snake_test_support::planar_stage::{self as dense, Kind};
 
-fn empty(stage: &Stage) -> StageSolution {
-    let mut solution = StageSolution::new(stage.links.len());
-    solution.contact.resize(stage.contacts.len(), 0.0);
-    solution
-}
-
 fn random(case: usize, random: &mut Random) -> Stage {
     let kind = Kind {
         links: [2, 5, 11][case % 3],
@@ -34,7 +28,7 @@ fn the_fallback_and_newton_agree_within_their_duality_gaps() {
     let (mut compared, mut most, mut worst) = (0, 0, 0.0_f64);
     for case in 0..400 {
         let stage = random(case, &mut numbers);
-        let (mut ours, mut theirs) = (empty(&stage), empty(&stage));
+        let (mut ours, mut theirs) = (StageSolution::cold(&stage), StageSolution::cold(&stage));
         let (solves, closing) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut ours, 1e-9);
         let certificate = certify(&stage, &ours);
         assert_eq!(closing, SolveStatus::Solved, "case {case}: {certificate:?} of {:e} J", stage.energy());
@@ -59,7 +53,7 @@ fn the_fallback_starts_from_anything() {
     let mut numbers = Random::new(32);
     for case in 0..20 {
         let stage = random(case, &mut numbers);
-        let (mut clean, mut dirty) = (empty(&stage), empty(&stage));
+        let (mut clean, mut dirty) = (StageSolution::cold(&stage), StageSolution::cold(&stage));
         dirty.twist.fill(Twist::repeat(f64::NAN));
         dirty.friction.fill(Vector2::repeat(f64::INFINITY));
         dirty.contact.fill(f64::NAN);
@@ -78,7 +72,7 @@ fn a_fallback_that_fails_ends_no_worse_than_it_began() {
     let mut numbers = Random::new(33);
     for case in 0..100 {
         let stage = random(case, &mut numbers);
-        let mut solution = empty(&stage);
+        let mut solution = StageSolution::cold(&stage);
         Newton::new(stage.links.len()).solve_one(&stage, &mut solution, 1e-9, 500);
         let before = certify(&stage, &solution).residual();
         let (_, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, 1e-20);
@@ -119,7 +113,7 @@ fn pinched(offset: f64) -> Stage {
 #[test]
 fn contacts_that_contradict_each_other_are_relaxed_and_reported() {
     let stage = pinched(-0.2);
-    let mut solution = empty(&stage);
+    let mut solution = StageSolution::cold(&stage);
     let (_, closing) = Fallback::new(2).solve_hard(&stage, &mut solution, 1e-8);
     assert_eq!(closing, SolveStatus::Relaxed);
     assert!(solution.twist.iter().all(|u| u.norm() < 1e-6), "{:?}", solution.twist);
@@ -135,7 +129,7 @@ fn contacts_that_leave_no_room_close_exactly() {
     for offset in [0.0, 1e-12, 1e-3] {
         let mut stage = pinched(offset);
         stage.links.iter_mut().for_each(|link| link.reference = Twist::new(0.3, 1.0, 0.0));
-        let mut solution = empty(&stage);
+        let mut solution = StageSolution::cold(&stage);
         let (_, closing) = Fallback::new(2).solve_hard(&stage, &mut solution, 1e-8);
         assert_eq!(closing, SolveStatus::Solved, "offset {offset:e}");
         let across = solution.twist[0].y + 0.01 * solution.twist[0].z;

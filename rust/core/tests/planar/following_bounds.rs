@@ -27,7 +27,7 @@ fn solves_near_a_solution(seed: u64, make: impl Fn(&mut Random) -> Stage) -> (f6
     let (mut total, mut count, mut slipping) = (0.0, 0, 0);
     while count < TRIALS {
         let mut stage = make(&mut random);
-        let mut solution = cold(&stage);
+        let mut solution = StageSolution::cold(&stage);
         if solves(&stage, &mut solution).is_none() {
             continue;
         }
@@ -79,8 +79,8 @@ fn few_solves_end_the_search_close_to_a_solution() {
     }
 }
 
-/// How many of some stages are reported as solved within 1e-6 m/s, and of these how many leave a residual above one tolerance and above
-/// ten, the worst in tolerances.
+/// How many of some stages are reported as solved within 1e-6 m/s, and of these how many leave a residual above one tolerance
+/// and above ten, the worst in tolerances.
 fn reported(make: impl FnMut() -> (Stage, StageSolution)) -> [f64; 4] {
     let residuals = std::iter::repeat_with(make).take(6400).filter_map(|(stage, mut solution)| {
         let outcome = Newton::new(stage.links.len()).solve_one(&stage, &mut solution, 1e-6, 200);
@@ -102,7 +102,7 @@ fn bounds_that_follow_again_are_not_taken_for_solved() {
         let coefficient = 10.0_f64.powf(random.between(-0.5, 0.7));
         stage.obstacle_friction.iter_mut().for_each(|row| row.coefficient = coefficient);
         stage.pair_friction.iter_mut().for_each(|row| row.coefficient = coefficient);
-        let solution = cold(&stage);
+        let solution = StageSolution::cold(&stage);
         (stage, solution)
     });
     println!("{found:?}");
@@ -116,15 +116,6 @@ fn pivots_near_zero_are_noticed() {
     let found = reported(|| nearly_singular(&mut random));
     println!("{found:?}");
     assert!(found[0] > 6000.0 && found[1] < 64.0 && found[2] < 20.0, "{found:?}");
-}
-
-fn cold(stage: &Stage) -> StageSolution {
-    let mut solution = StageSolution::new(stage.links.len());
-    solution.contact.resize(stage.contacts.len(), 0.0);
-    solution.pair.resize(stage.pairs.len(), 0.0);
-    solution.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
-    solution.pair_friction.resize(stage.pair_friction.len(), 0.0);
-    solution
 }
 
 /// Two links with one contact whose friction slips so that the pivot of the second link is 1e-13 to 1e-7 of its terms.
@@ -144,7 +135,7 @@ fn nearly_singular(random: &mut Random) -> (Stage, StageSolution) {
     stage.contacts.push(StageContact { link: 1, direction, offset: random.between(-0.05, 0.0) });
     let along = StageContact { link: 1, direction: Twist::new(-cos, -sin, across), offset: 0.0 };
     stage.obstacle_friction.push(FrictionRow { normal: 0, along, coefficient, bound: coefficient });
-    let mut solution = cold(&stage);
+    let mut solution = StageSolution::cold(&stage);
     solution.contact[0] = 1.0;
     solution.obstacle_friction[0] = -coefficient;
     (stage, solution)

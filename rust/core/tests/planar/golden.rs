@@ -3,11 +3,11 @@
 //! `snake-stress --dump FOLDER` writes such files. Those in which contacts contradict each other (the robot is
 //! squeezed from both sides and asked to open both) have no solution; the fallback must say so.
 
-use snake_core::planar::{Fallback, InteriorPoint, Newton, Stage, certify};
+use snake_core::planar::{Fallback, InteriorPoint, Newton, Stage, StageSolution, certify};
 use snake_core::rows::SavedStage;
 use snake_core::solver::SolveStatus;
 use snake_test_support::golden::{
-    CONTRADICTORY, Golden, RELATIVE_GAP, TOLERANCE, closed_by_fallback, cold, disagreement, golden, solvable,
+    CONTRADICTORY, Golden, RELATIVE_GAP, TOLERANCE, closed_by_fallback, disagreement, golden, solvable,
 };
 use snake_test_support::planar_stage as dense;
 
@@ -23,7 +23,7 @@ fn a_saved_stage_is_read_exactly_as_it_was_written() {
 #[test]
 fn every_golden_stage_is_closed_by_newton_or_the_fallback() {
     for Golden { name, stage } in solvable() {
-        let mut solution = cold(&stage);
+        let mut solution = StageSolution::cold(&stage);
         let newton = Newton::new(stage.links.len()).solve_one(&stage, &mut solution, TOLERANCE, 200);
         let alone = certify(&stage, &solution).gap / stage.energy();
         let (solves, closing) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, TOLERANCE);
@@ -45,7 +45,7 @@ fn every_golden_stage_is_closed_by_newton_or_the_fallback() {
 fn every_golden_stage_is_closed_by_the_interior_point_method() {
     for golden in solvable() {
         let stage = &golden.stage;
-        let mut solution = cold(stage);
+        let mut solution = StageSolution::cold(stage);
         let descent = InteriorPoint::new(stage.links.len()).solve(stage, &mut solution, TOLERANCE);
         let certificate = certify(stage, &solution);
         let gap = certificate.gap / stage.energy();
@@ -78,7 +78,7 @@ fn dense_gauss_seidel_finds_the_same_velocities_where_it_arrives() {
 fn contradictory_stages_are_relaxed() {
     for golden in golden().into_iter().filter(|golden| CONTRADICTORY.contains(&golden.name.as_str())) {
         let stage = &golden.stage;
-        let mut solution = cold(stage);
+        let mut solution = StageSolution::cold(stage);
         let newton = Newton::new(stage.links.len()).solve_one(stage, &mut solution, TOLERANCE, 200);
         assert!(!newton.converged, "{}", golden.name);
         let (solves, closing) = Fallback::new(stage.links.len()).solve_hard(stage, &mut solution, TOLERANCE);

@@ -123,10 +123,7 @@ fn the_certificate_judges_friction_between_links() {
         let mut stage = dense::random_stage(Kind::of_case(6 + case % 4, case), &mut random);
         dense::fold(&mut stage, [1, 2, 3][case % 3], &mut random);
         dense::roughen(&mut stage, 0.3, &mut random);
-        let mut solution = StageSolution::new(stage.links.len());
-        solution.contact.resize(stage.contacts.len(), 0.0);
-        solution.pair.resize(stage.pairs.len(), 0.0);
-        solution.pair_friction.resize(stage.pairs.len(), 0.0);
+        let mut solution = StageSolution::cold(&stage);
         let (_, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, 1e-9);
         if status != SolveStatus::Solved {
             continue;

@@ -146,13 +146,7 @@ fn stages_with_motors_are_solved_alike_by_two_methods() {
         };
         let mut stage = dense::random_stage(kind, &mut random);
         with_motors(&mut stage, case % 5 == 0, &mut random);
-        let empty = || {
-            let mut solution = StageSolution::new(stage.links.len());
-            solution.contact.resize(stage.contacts.len(), 0.0);
-            solution.gear.resize(stage.motors.len(), 0.0);
-            solution
-        };
-        let (mut ours, mut theirs) = (empty(), empty());
+        let (mut ours, mut theirs) = (StageSolution::cold(&stage), StageSolution::cold(&stage));
         // From nothing the fallback takes the interior point method.
         ours.twist.fill(Twist::repeat(f64::NAN));
         let closing = Fallback::new(stage.links.len()).solve_hard(&stage, &mut ours, 1e-9).1;

@@ -19,15 +19,6 @@ fn saved() -> Vec<(String, Stage)> {
     saved_stages(&folder)
 }
 
-fn cold(stage: &Stage) -> StageSolution {
-    let mut solution = StageSolution::new(stage.links.len());
-    solution.contact.resize(stage.contacts.len(), 0.0);
-    solution.spin.resize(stage.spins.len(), 0.0);
-    solution.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
-    solution.pair.resize(stage.pairs.len(), 0.0);
-    solution
-}
-
 fn relaxed(stage: &Stage) -> Stage {
     let mut relaxed = stage.clone();
     relaxed.contacts.iter_mut().for_each(|contact| contact.offset = contact.offset.max(0.0));
@@ -36,7 +27,7 @@ fn relaxed(stage: &Stage) -> Stage {
 
 /// The fallback's solution and the stage that it solves.
 fn closed(name: &str, stage: &Stage) -> (StageSolution, SolveStatus, Stage) {
-    let mut solution = cold(stage);
+    let mut solution = StageSolution::cold(stage);
     let (solves, status) = Fallback::new(stage.links.len()).solve_hard(stage, &mut solution, TOLERANCE);
     let solved = if status == SolveStatus::Solved { stage.clone() } else { relaxed(stage) };
     let residual = certify(&solved, &solution).residual();
@@ -66,7 +57,7 @@ fn wedged_links_are_held_by_ordinary_forces() {
     let mut demand = 0.0_f64;
     stage.contacts.iter().for_each(|contact| demand = demand.max(-contact.offset));
     for tolerance in [1e-6, 1e-7, 1e-8, 1e-10] {
-        let mut solution = cold(&stage);
+        let mut solution = StageSolution::cold(&stage);
         let (solves, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, tolerance);
         let impulse = solution.contact.iter().copied().fold(0.0, f64::max);
         let residual = certify(&stage, &solution).residual();
@@ -154,7 +145,7 @@ fn solution_of_modes(stage: &Stage, actuator: usize, modes: usize) -> Option<Sta
     }
     let found = matrix.svd(true, true).solve(&load, 1e-12).ok()?;
     let u = &b * found.rows(0, n);
-    let mut solution = cold(stage);
+    let mut solution = StageSolution::cold(stage);
     solution.twist = dense::unstacked(&u);
     let rate = solution.twist[1].z - solution.twist[0].z;
     solution.actuator[0] = constant - stiffness * rate;

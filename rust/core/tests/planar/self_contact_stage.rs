@@ -9,10 +9,7 @@ const FREE: Kind =
     Kind { links: 6, contacts: 0, stiff: true, limited: false, friction: false, mass_ratio: 1.0, orthotropy: 1.0 };
 
 fn solve(stage: &Stage, tolerance: f64) -> (StageSolution, f64) {
-    let mut solution = StageSolution::new(stage.links.len());
-    solution.contact.resize(stage.contacts.len(), 0.0);
-    solution.pair.resize(stage.pairs.len(), 0.0);
-    solution.stop.resize(stage.stops.len(), [0.0; 2]);
+    let mut solution = StageSolution::cold(stage);
     let outcome = Newton::new(stage.links.len()).solve_one(stage, &mut solution, tolerance, 2000);
     (solution, outcome.iterations)
 }

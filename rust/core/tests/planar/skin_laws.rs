@@ -118,13 +118,6 @@ fn random_stage(case: usize, random: &mut Random) -> Stage {
     stage
 }
 
-fn cold(stage: &Stage) -> StageSolution {
-    let mut solution = StageSolution::new(stage.links.len());
-    solution.contact.resize(stage.contacts.len(), 0.0);
-    solution.obstacle_friction.resize(stage.obstacle_friction.len(), 0.0);
-    solution
-}
-
 /// Angular velocities count as those of the ends of links.
 fn apart(stage: &Stage, a: &[Twist], b: &[Twist]) -> f64 {
     let links = stage.links.iter().zip(a.iter().zip(b));
@@ -141,7 +134,7 @@ fn all_solvers_find_the_velocities_of_dense_gauss_seidel() {
     for case in 0..200 {
         let stage = random_stage(case, &mut random);
         let n = stage.links.len();
-        let (mut newton, mut fallback) = (cold(&stage), cold(&stage));
+        let (mut newton, mut fallback) = (StageSolution::cold(&stage), StageSolution::cold(&stage));
         let outcome = Newton::new(n).solve_one(&stage, &mut newton, 1e-10, 300);
         let residual = certify(&stage, &newton).residual();
         assert!(outcome.converged && residual < 1e-7, "case {case}: {:?}", certify(&stage, &newton));
@@ -165,7 +158,7 @@ fn a_fallback_without_a_start_closes_hard_stages() {
     let mut random = Random::new(43);
     for case in 0..60 {
         let stage = random_stage(case, &mut random);
-        let mut solution = cold(&stage);
+        let mut solution = StageSolution::cold(&stage);
         solution.twist.fill(Twist::repeat(f64::NAN));
         let (_, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, 1e-9);
         assert_eq!(status, SolveStatus::Solved, "case {case}: {:?}", certify(&stage, &solution));
@@ -173,7 +166,7 @@ fn a_fallback_without_a_start_closes_hard_stages() {
     // The method itself knows ellipses.
     let mut stage = random_stage(1, &mut random);
     stage.skin = None;
-    assert!(InteriorPoint::new(5).solve(&stage, &mut cold(&stage), 1e-9).solves > 0);
+    assert!(InteriorPoint::new(5).solve(&stage, &mut StageSolution::cold(&stage), 1e-9).solves > 0);
 }
 
 /// Friction at obstacles: the coupled Newton iteration takes over.
@@ -193,7 +186,7 @@ fn stages_with_friction_at_obstacles_are_solved() {
         if stage.contacts.is_empty() {
             continue;
         }
-        let mut solution = cold(&stage);
+        let mut solution = StageSolution::cold(&stage);
         let (_, status) = Fallback::new(stage.links.len()).solve_hard(&stage, &mut solution, 1e-9);
         let certificate = certify(&stage, &solution);
         // A stage with friction at obstacles may have no solution.
@@ -210,7 +203,7 @@ fn the_certificate_tells_of_a_force_of_the_other_side() {
     let mut random = Random::new(53);
     for case in 0..60 {
         let stage = random_stage(case, &mut random);
-        let mut solution = cold(&stage);
+        let mut solution = StageSolution::cold(&stage);
         Newton::new(stage.links.len()).solve_one(&stage, &mut solution, 1e-10, 300);
         let sound = certify(&stage, &solution);
         let mut symmetric = stage.clone();

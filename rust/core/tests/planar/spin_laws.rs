@@ -75,9 +75,7 @@ fn random_stages_with_spin_friction_are_solved_alike_by_two_methods() {
         let mut stage = random_stage(kind, &mut random);
         let bound = |mass: f64, random: &mut Random| 0.2 * mass * 9.81 * stage.coefficient * random.between(0.0, 0.05);
         stage.spins = stage.links.iter().map(|link| bound(link.mass, &mut random)).collect();
-        let mut ours = StageSolution::new(links);
-        ours.contact.resize(stage.contacts.len(), 0.0);
-        ours.spin.resize(links, 0.0);
+        let mut ours = StageSolution::cold(&stage);
         let mut theirs = ours.clone();
         assert!(Newton::new(links).solve_one(&stage, &mut ours, 1e-9, 300).converged, "trial {trial}");
         let (_, status) = Fallback::new(links).solve_hard(&stage, &mut theirs, 1e-9);

@@ -1,4 +1,5 @@
-//! Friction radii follow the normal impulses, in forces and tangents alike: how fast the solver converges on every kind of friction.
+//! Friction radii follow the normal impulses, in forces and tangents alike: how fast and how exactly the solver converges on
+//! every kind of friction.
 
 use nalgebra::{Vector2, Vector3};
 use snake_core::laws::Skin;
@@ -25,7 +26,7 @@ fn solves_near_a_solution(seed: u64, make: impl Fn(&mut Random) -> Stage) -> f64
     let mut total = 0.0;
     for _ in 0..TRIALS {
         let mut stage = make(&mut random);
-        let mut solution = cold(&stage);
+        let mut solution = blank(&stage);
         solves(&stage, &mut solution);
         for link in &mut stage.links {
             link.momentum.linear += link.mass * 1e-4 * Vector3::from_fn(|_, _| random.between(-1.0, 1.0));
@@ -33,10 +34,6 @@ fn solves_near_a_solution(seed: u64, make: impl Fn(&mut Random) -> Stage) -> f64
         total += solves(&stage, &mut solution);
     }
     total / TRIALS as f64
-}
-
-fn cold(stage: &Stage) -> StageSolution {
-    StageSolution { obstacle_friction: vec![Vector2::zeros(); stage.obstacle_friction.len()], ..blank(stage) }
 }
 
 fn rough_ground(random: &mut Random) -> Stage {
@@ -68,8 +65,7 @@ fn folded(random: &mut Random) -> Stage {
     stage
 }
 
-/// Without the tangent of sliding friction rough ground takes 21 solves, without that of rolling friction 11; rough pegs take 9
-/// without that of obstacles.
+/// Bounds lie between what is printed and what it takes without the tangent of any one kind of friction.
 #[test]
 fn few_solves_end_the_search_close_to_a_solution() {
     let found = [
@@ -101,12 +97,12 @@ fn what_is_reported_as_solved_obeys_the_laws() {
         if trial % 5 == 0 {
             fold(&mut stage, 2, &mut random);
         }
-        let mut solution = cold(&stage);
+        let mut solution = blank(&stage);
         if Newton::new(LINKS).solve_one(&stage, &mut solution, TOLERANCE, 100).converged {
             let residual = certify(&stage, &solution).residual() / TOLERANCE;
             (solved, coarse, worst) = (solved + 1, coarse + i32::from(residual > 10.0), worst.max(residual));
         }
     }
     println!("{solved} solved, {coarse} of them to more than ten tolerances, the worst to {worst:.0}");
-    assert!(solved > 2900 && coarse < 6 && worst < 200.0);
+    assert!(solved > 2900 && coarse < 3 && worst < 30.0);
 }

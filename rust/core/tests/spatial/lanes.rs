@@ -7,6 +7,7 @@ use snake_core::obstacles::ObstacleGrid;
 use snake_core::robot::{Motor, Robot, RobotConfig};
 use snake_core::scene::{Peg, START_SPATIAL_7_5, Scene, SceneConfig, TABLE_7_5};
 use snake_core::spatial::{Pose, SpatialScripted, SpatialSystem, orientation_of};
+use snake_core::stepping::ImplicitConfig;
 use snake_test_support::lanes::{self, alone_as_among_others};
 use snake_test_support::spatial::{implicit, in_gait, sidewinding, undulation};
 
@@ -61,6 +62,10 @@ fn lanes_that_are_given_up_do_not_depend_on_neighbours_either() {
         let gait = CardanGait { yaw, pitch: Gait::Wave(Wave::still()) };
         CardanRobot::new(&system.robot, ObstacleGrid::new(&[]), head, &posture, gait)
     };
+    for most in 4..13 {
+        let config = ImplicitConfig { max_iterations: most, ..implicit(0.01, 2) };
+        alone_as_among_others(&system, config, &[9], &[0.1], 9, jolted);
+    }
     let alone = alone_as_among_others(&system, implicit(0.01, 2), &[9, 13], &[0.1], 9, jolted);
     let fallbacks: u32 = alone.iter().map(|(body, _)| body.statistics.fallbacks).sum();
     assert!(fallbacks > 20, "many stages must be given up");

@@ -88,6 +88,7 @@ pub fn blank(stage: &Stage) -> StageSolution {
     solution.contact.resize(stage.contacts.len(), 0.0);
     solution.pair.resize(stage.pairs.len(), 0.0);
     solution.stop.resize(stage.stops.len(), [0.0; 2]);
+    solution.obstacle_friction.resize(stage.obstacle_friction.len(), Vector2::zeros());
     solution
 }
 

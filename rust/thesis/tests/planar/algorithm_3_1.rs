@@ -1,7 +1,7 @@
 //! Algorithm 3.1 against the solvers of the core, which share no line with it.
 
 use snake_core::planar::{Newton, Stage, StageSolution, Twist, certify};
-use snake_test_support::golden::{RELATIVE_GAP, closed_by_fallback, cold, disagreement, solvable};
+use snake_test_support::golden::{RELATIVE_GAP, closed_by_fallback, disagreement, solvable};
 use snake_test_support::planar::Random;
 use snake_test_support::planar_stage::{self as dense, Kind};
 use snake_thesis::planar::{ModifiedNewton, Penalties};
@@ -28,7 +28,7 @@ fn algorithm_3_1(stage: &Stage, epsilon: f64) -> StageSolution {
         rate[contact.link] += 1.0 / link.mass + contact.direction.z.powi(2) / link.inertia;
     }
     let r = 1.0 / rate.iter().fold(0.0, |a: f64, &b| a.max(b));
-    let mut solution = cold(stage);
+    let mut solution = StageSolution::cold(stage);
     let penalties = Penalties { friction: r, contact: r };
     ModifiedNewton::new(stage.links.len()).solve(stage, &mut solution, penalties, epsilon, 100_000);
     solution
@@ -57,7 +57,7 @@ fn newton_and_algorithm_3_1_find_the_same_velocities() {
             let (contacts, limited, orthotropy) = (case % 4, case % 3 == 0, [1.0, 3.0][case % 2]);
             let kind = Kind { links, contacts, limited, mass_ratio: 3.0, orthotropy, ..KIND };
             let stage = random_stage(kind, &mut random);
-            let mut ours = cold(&stage);
+            let mut ours = StageSolution::cold(&stage);
             Newton::new(links).solve_one(&stage, &mut ours, 1e-11, 2000);
             let printed = algorithm_3_1(&stage, 1e-13);
             if certify(&stage, &printed).residual() < 1e-11 {
@@ -89,7 +89,7 @@ fn algorithm_3_1_finds_the_same_velocities_where_it_arrives() {
         }
         let lightest = frozen.links.iter().map(|link| link.mass).fold(f64::INFINITY, f64::min);
         let penalties = Penalties { friction: 0.5 * lightest, contact: if rate > 0.0 { 1.0 / rate } else { 1.0 } };
-        let mut printed = cold(&frozen);
+        let mut printed = StageSolution::cold(&frozen);
         ModifiedNewton::new(frozen.links.len()).solve(&frozen, &mut printed, penalties, 1e-13, 300_000);
         let certificates = [certify(&frozen, &printed), certify(&frozen, &solution)];
         let gap = certificates[0].gap / golden.stage.energy();

@@ -16,7 +16,7 @@ pub(super) struct FrictionLaw<T> {
     pub shape: Vector2<T>,
     inverse_shape: Vector2<T>,
     /// Longer semi-axis over the normal impulse \[-\].
-    strength: T,
+    pub strength: T,
     /// Stiffness r of sticking along the stronger axis \[kg\].
     penalty: T,
 }
@@ -59,12 +59,6 @@ impl<T: Real> FrictionLaw<T> {
         (self.strength * normal).max(T::zero())
     }
 
-    /// By how much the radius grows with the normal impulse.
-    #[inline(always)]
-    pub fn strength(&self) -> T {
-        self.strength
-    }
-
     /// S v.
     #[inline(always)]
     pub fn scaled(&self, v: &Vector2<T>) -> Vector2<T> {
@@ -95,16 +89,11 @@ impl<T: Real> FrictionTerm<T> {
         Disc { radius: self.radius }
     }
 
-    /// A contact in the air.
+    /// A contact in the air: it has no impulse, and no multiplier in the lanes `recentred`.
     #[inline(always)]
-    pub fn vanish(&mut self) {
+    pub fn vanish(&mut self, recentred: T::Mask) {
         self.value = Vector2::new(T::zero(), T::zero());
-    }
-
-    /// Its impulse, which is none, becomes the multiplier.
-    #[inline(always)]
-    pub fn recentre_in_the_air(&mut self, lanes: T::Mask) {
-        select_into(&mut self.centre, lanes, &self.value);
+        select_into(&mut self.centre, recentred, &self.value);
     }
 
     /// From now on the contact sticks or slips as its velocity determines.
@@ -129,8 +118,8 @@ impl<T: Real> FrictionTerm<T> {
         self.held = sticks(&halves.in_disc(&p), self.radius);
     }
 
-    /// Moves to the slip gamma^. The radius is `error` short of that of its normal impulse, as [`Self::follow`] has it; multipliers
-    /// have moved since, after which that radius is `wanted`, negative under an impulse that pulls.
+    /// Moves to the slip gamma^. The radius is `error` short of that of its normal impulse, as [`Self::follow`] has it;
+    /// multipliers have moved since, after which that radius is `wanted`, negative under an impulse that pulls.
     #[inline(always)]
     pub fn evaluate<const RECENTRING: bool>(
         &mut self,

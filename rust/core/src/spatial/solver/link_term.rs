@@ -203,7 +203,7 @@ impl<T: Real> LinkTerm<T> {
         }
     }
 
-    /// Moves all ground laws to the present twist and adds gradient and Hessian to `model`, with those of
+    /// Moves all ground laws to the present twist and adds gradient and tangent to `model`, with those of
     /// |x - M^-1 p|_M^2 / 2. The friction laws first take the radii that belong to the normal impulses, where these are
     /// plausible. Returns how far they are from those, as a velocity.
     #[inline(always)]
@@ -219,11 +219,11 @@ impl<T: Real> LinkTerm<T> {
         let rear = self.touch::<RECENTRING>(1, &arms[1], halves, laws, lanes);
         let rolling_error =
             self.rolling.follow(laws.rolling.radius(front.load + rear.load), lanes.plausible * self.mass);
-        let wanted = laws.rolling.strength() * (self.ends[0].normal.value + self.ends[1].normal.value);
+        let wanted = laws.rolling.strength * (self.ends[0].normal.value + self.ends[1].normal.value);
         let velocity = self.rolling_velocity(&self.twist);
         let law = &laws.rolling;
         let tangent = self.rolling.evaluate::<RECENTRING>(Whole, law, &velocity, (rolling_error, wanted), lanes);
-        let by_load = times(law.strength() * self.radius, &tangent.by_radius);
+        let by_load = times(law.strength * self.radius, &tangent.by_radius);
         let rolling = (self.rolling.value, tangent.stiffness, by_load);
         self.add_to(model, [&front, &rear], [&arms[0], &arms[1]], rolling);
         front.radius_error.max(rear.radius_error).max(rolling_error) * self.inverse_mass
@@ -247,11 +247,8 @@ impl<T: Real> LinkTerm<T> {
         let touches = T::zero().lt(normal) | T::zero().lt(term.friction.radius);
         if !touches.any() {
             // A sphere in the air: its laws contribute nothing.
-            term.friction.vanish();
-            if RECENTRING {
-                term.normal.recentre(lanes.recentred);
-                term.friction.recentre_in_the_air(lanes.recentred);
-            }
+            term.normal.recentre(lanes.recentred);
+            term.friction.vanish(lanes.recentred);
             return GroundForce::none();
         }
         let load = term.normal.value;
@@ -259,7 +256,7 @@ impl<T: Real> LinkTerm<T> {
         if RECENTRING {
             term.normal.recentre_here(closing, normal, lanes.recentred);
         }
-        let (bearing, strength) = (term.normal.value, term.share * laws.sliding.strength());
+        let (bearing, strength) = (term.normal.value, term.share * laws.sliding.strength);
         let radius = (radius_error, strength * bearing);
         let tangent = term.friction.evaluate::<RECENTRING>(halves, &laws.sliding, &slip, radius, lanes);
         let value = term.friction.value;
@@ -274,7 +271,7 @@ impl<T: Real> LinkTerm<T> {
     }
 
     /// Moves the friction of something that can be pushed to the present twist, multipliers to the impulses in the lanes
-    /// `recentred`, and adds gradient and Hessian as [`Self::evaluate`]. Returns how far the centre is from the impulse,
+    /// `recentred`, and adds gradient and tangent as [`Self::evaluate`]. Returns how far the centre is from the impulse,
     /// squared \[N^2 s^2\].
     #[inline(always)]
     pub fn evaluate_surface(

@@ -135,9 +135,9 @@ impl<T: Real> Newton<T> {
         }
     }
 
-    /// Goes on in lanes that have converged, to a hundredth of `tolerance`, which was that of the solve: where the next step is no
-    /// longer than that rule allows, forces of stiff contacts are out of balance by up to the square root of the penalty times as much.
-    /// Counts the steps; what `solution` has of other lanes afterwards means nothing.
+    /// Goes on in lanes that have converged, to a hundredth of `tolerance`, which was that of the solve: forces of stiff
+    /// contacts may be out of balance by the square root of the penalty times the length of the next step. Counts the
+    /// steps; what `solution` has of other lanes afterwards means nothing.
     #[inline(always)]
     pub fn polish(
         &mut self,

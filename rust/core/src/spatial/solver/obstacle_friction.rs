@@ -80,13 +80,13 @@ impl<T: Real> ObstacleFriction<T> {
         let slip = term.slip(twist);
         let ObstacleFrictionTerm { tangents: [along, across], law, friction } = term;
         let error = friction.follow(law.radius(load), most);
-        let radius = (error, law.strength() * contact.normal.value);
-        let FrictionTangent { stiffness: k, by_radius } =
+        let radius = (error, law.strength * contact.normal.value);
+        let FrictionTangent { stiffness, by_radius } =
             friction.evaluate::<RECENTRING>(Whole, law, &slip, radius, lanes);
-        let by_load = contact.direction.scaled(law.strength() * penalty);
+        let by_load = contact.direction.scaled(law.strength * penalty);
         // A closure in a map of arrays would be a call.
-        let x = along.scaled(k.xx).plus_scaled(across, k.xy).plus_scaled(&by_load, by_radius.x);
-        let y = along.scaled(k.xy).plus_scaled(across, k.yy).plus_scaled(&by_load, by_radius.y);
+        let x = along.scaled(stiffness.xx).plus_scaled(across, stiffness.xy).plus_scaled(&by_load, by_radius.x);
+        let y = along.scaled(stiffness.xy).plus_scaled(across, stiffness.yy).plus_scaled(&by_load, by_radius.y);
         model.matrix.add_outer(along, &x);
         model.matrix.add_outer(across, &y);
         let impulse = friction.value;

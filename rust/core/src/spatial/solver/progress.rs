@@ -186,7 +186,9 @@ impl<T: Real> Progress<T> {
         let recentre = solved & !exact & self.active & is_minimised;
         let is_strict = tolerance.lt(T::splat(STRICT) * here.fastest);
         let may_recentre = is_close & self.will_be_exact(next, here) & !exact & !self.recentred & !is_strict;
-        self.recentre_next = self.active & self.arrived & here.radius_error.le(T::zero()) & may_recentre;
+        // A lane cannot end with impulses that are linearised: re-evaluated beside a neighbour they would be others.
+        let has_time = (self.outcome.iterations + T::splat(1.0)).lt(self.most);
+        self.recentre_next = self.active & self.arrived & here.radius_error.le(T::zero()) & may_recentre & has_time;
         self.corrections = Corrections { move_radii: move_radii & self.active, recentre };
         self.corrections
     }

@@ -3,6 +3,7 @@
 
 use nalgebra::Vector2;
 
+use crate::contact::LINK_CONTACTS_PER_LINK;
 use crate::laws::Halves;
 use crate::math::{Mask, Real};
 use crate::solver::{NearestKink, add};
@@ -47,11 +48,11 @@ struct ContactOnRay<T> {
 
 impl<T: Real> RayLaws<T> {
     pub fn new(links: usize) -> Self {
-        let contacts = (2 + CONTACTS_PER_LINK) * links;
+        // Both ends of a link, its roll, and obstacles; both ends, both stops of two axes, obstacles and other links.
         Self {
-            discs: Vec::with_capacity(2 * (links + contacts)),
+            discs: Vec::with_capacity((3 + CONTACTS_PER_LINK) * links),
             split: Vec::with_capacity(2 * links),
-            contacts: Vec::with_capacity(contacts),
+            contacts: Vec::with_capacity((6 + CONTACTS_PER_LINK + LINK_CONTACTS_PER_LINK) * links),
         }
     }
 
@@ -63,7 +64,7 @@ impl<T: Real> RayLaws<T> {
         self.contacts.clear();
     }
 
-    /// Friction in a disc of `radius`, at the point x - r gamma^ of the start, whose slip changes by `d`.
+    /// Friction in a disc of `radius` and stiffness r, at the point x = centre - r gamma^ of the start; the slip changes by `d`.
     #[inline(always)]
     pub fn add_friction<H: Halves>(&mut self, halves: H, radius: T, x: &Vector2<T>, d: &Vector2<T>, r: T) {
         if !T::zero().lt(radius).any() {
@@ -104,7 +105,7 @@ impl<T: Real> RayLaws<T> {
         sum
     }
 
-    /// Shows `nearest` where slips are least.
+    /// Shows `nearest` where slips are least. Laws without friction or change show the start, which lies inside no bracket.
     #[inline(always)]
     pub fn visit_kinks(&self, nearest: &mut NearestKink<T>) {
         for disc in self.discs.iter().chain(self.split.iter().flat_map(|split| &split.halves)) {
@@ -118,7 +119,7 @@ impl<T: Real> DiscOnRay<T> {
     fn new(radius: T, x: &Vector2<T>, d: &Vector2<T>, r: T) -> Self {
         let (zero, one) = (T::zero(), T::splat(1.0));
         let rise = T::select(zero.lt(radius), r * d.x.mul_add(d.x, d.y * d.y), zero);
-        let changes = zero.lt(rise);
+        let changes = T::splat(TINY).lt(rise);
         let inverse = T::select(changes, one / T::select(changes, rise, one), zero);
         let across = x.x.mul_add(d.y, -(x.y * d.x));
         Self {
@@ -163,3 +164,6 @@ impl<T: Real> ContactOnRay<T> {
         (-(pressing.max(T::zero()) * self.rate), stiffness * self.rate)
     }
 }
+
+/// r |d|^2 below which a quotient by it may be no number \[J\].
+const TINY: f64 = 1e-200;

@@ -219,7 +219,8 @@ impl<T: Real> Affine<T> {
         Self { gradient: gradient_before(&self.gradient, arm), matrix: self.matrix.seen_from_before(arm) }
     }
 
-    /// The twist that is in balance, and how much the gradient falls along that.
+    /// The twist that is in balance, and minus the gradient along that \[J\]: twice the decrease of a function, but no energy
+    /// where friction follows.
     #[inline(always)]
     pub fn solution(&self) -> (Twist<T>, T) {
         let step = self.solution_under(&self.gradient);

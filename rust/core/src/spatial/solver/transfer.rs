@@ -134,6 +134,6 @@ impl<T: Real> Newton<T> {
 }
 
 /// Stiffness r of a contact over the mean mass of a link. The compliance lets a contact that bears a link's weight
-/// yield by g c / r, some 1e-6 m/s, which moving the multipliers removes. A stiffer one takes more steps: where it
+/// yield by g c / r, less than 1e-6 m/s, which moving the multipliers removes. A stiffer one takes more steps: where it
 /// sticks or slips is decided within a narrower range of velocities.
 const PENALTY: f64 = 3e5;
